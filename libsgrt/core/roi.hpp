@@ -1,0 +1,21 @@
+// The part of the reference that counts: a polygon seen from above, or a box.
+#pragma once
+
+#include <vector>
+
+#include "core/surface.hpp"
+
+namespace sgrt {
+
+struct Roi {
+  std::vector<Vec2> polygon;  // empty: a box
+  Vec3 box_min, box_max;
+};
+
+Roi roi_from_polygon(std::vector<Vec2> vertices);
+Roi roi_from_box(const Vec3& min, const Vec3& max);
+
+// Inside by even-odd and normal z > 0 (where the surface has normals), or inside the box.
+bool contains(const Roi& roi, const Surface& surface, std::int64_t i);
+
+}  // namespace sgrt

@@ -1,0 +1,57 @@
+// The calibrated cameras of a room and their projection. Pinhole with Brown-Conrady distortion, OpenCV's order
+// k1 k2 p1 p2 k3 [k4 k5 k6]. docs/theory/rig.md.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "core/geometry.hpp"
+
+namespace sgrt {
+
+struct Camera {
+  std::string id;
+  int width = 0, height = 0;  // px
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  int distortion_count = 0;               // 0 pinhole, 5 brown5, 8 rational8
+  std::array<double, 8> distortion{};     // k1 k2 p1 p2 k3 k4 k5 k6
+  Pose camera_from_room;
+  double max_radius2 = 0;  // r^2 up to which the distortion is invertible (its Jacobian positive); set by make_camera
+
+  Vec3 centre_in_room() const { return camera_from_room.inverse().t; }
+};
+
+// Checks the numbers, finds max_radius2. Throws kFormat naming the field when the distortion folds inside the image.
+Camera make_camera(Camera camera);
+
+// Normalised image coordinates to pixel and back, without a pose. Jacobians may be null.
+Vec2 distort(const Camera& camera, const Vec2& normalised, Eigen::Matrix2d* jacobian = nullptr);
+Vec2 undistort(const Camera& camera, const Vec2& pixel, Eigen::Matrix2d* jacobian = nullptr);  // Newton; NaN where it has no root
+
+// Pixel of a point in camera axes, or of the room; NaN behind the camera or beyond the fold.
+Vec2 project_camera(const Camera& camera, const Vec3& x_in_camera, Mat23* jacobian = nullptr);
+Vec2 project(const Camera& camera, const Vec3& x_in_room, Mat23* jacobian = nullptr);
+// Unit ray in room axes from the camera's centre; NaN where no ray has this pixel.
+Vec3 unproject(const Camera& camera, const Vec2& pixel, Mat32* jacobian = nullptr);
+
+struct StereoPair {
+  std::string id;
+  int left = 0, right = 0;  // camera indices
+};
+
+struct Rig {
+  std::string id, room;
+  std::vector<Camera> cameras;
+  std::vector<StereoPair> pairs;
+  std::string document;  // the JSON as read, unknown keys included; empty for a rig made in memory
+};
+
+int camera_index(const Rig& rig, const std::string& id);              // throws kInvalidArgument, lists the known ids
+const StereoPair& pair_of(const Rig& rig, const std::string& id);     // likewise
+
+// rig_json.cpp, schema sgrt-rig/1
+Rig rig_from_json(const char* text, std::size_t size);
+std::string rig_to_json(const Rig& rig);  // numbers to the last bit, unknown keys kept
+
+}  // namespace sgrt
