@@ -139,8 +139,10 @@ static inline int64_t sgrt_dtype_size(int32_t dtype) {
 
 /* A contiguous row-major array of up to three dimensions; pass 0 for `b`, or `b` and `c`, to leave dimensions out. */
 static inline sgrt_view sgrt_view_of(const void *data, int32_t dtype, int64_t a, int64_t b, int64_t c) {
-  sgrt_view v = {0};
+  sgrt_view v;
   int64_t size = sgrt_dtype_size(dtype);
+  int i;
+  for (i = 0; i < 6; ++i) v.shape[i] = v.strides[i] = 0;
   v.data = data;
   v.dtype = dtype;
   v.ndim = c > 0 ? 3 : b > 0 ? 2 : 1;
@@ -155,7 +157,7 @@ static inline sgrt_view sgrt_view_of(const void *data, int32_t dtype, int64_t a,
 
 static inline sgrt_mut_view sgrt_mut_view_of(void *data, int32_t dtype, int64_t a, int64_t b, int64_t c) {
   sgrt_view v = sgrt_view_of(data, dtype, a, b, c);
-  sgrt_mut_view m = {0};
+  sgrt_mut_view m;
   int i;
   m.data = data;
   m.dtype = v.dtype;
