@@ -157,10 +157,10 @@ sgrt_status sgrt_stereo_session_create(sgrt_context* context, const sgrt_rig* ri
 
 sgrt_status sgrt_stereo_session_push(sgrt_context* context, sgrt_stereo_session* session, const sgrt_view* left,
                                      const sgrt_view* right, double time_s, const sgrt_stereo** result) {
-  if (result) *result = nullptr;  // nothing is lent after an error
   return guard([&] {
-    need(session, "session");
     need(result, "result");
+    *result = nullptr;  // nothing is lent after an error
+    need(session, "session");
     const ImageView l = image_of(left, "left");
     const ImageView r = image_of(right, "right");
     check_finite(&time_s, 1, "time_s");

@@ -1,4 +1,4 @@
-// Surfaces: made from the caller's arrays, their arrays lent, normals, fusion, distance map.
+// Surfaces: made from the caller's arrays, and their arrays lent.
 #include <limits>
 
 #include "capi/capi.hpp"
