@@ -1,5 +1,5 @@
-"""Prints size and offsets of every public struct and the value of every constant of sgrt.h, as this machine's C compiler
-has them. `python tests/abi/layouts.py > tests/abi/layouts.txt` after a deliberate change: the table is the ABI."""
+"""Prints the size and offsets of every public struct and the value of every constant of sgrt.h, as this C compiler
+lays them out. `python tests/abi/layouts.py > tests/abi/layouts.txt` after a deliberate change: the table is the ABI."""
 
 import re
 import tempfile
@@ -24,7 +24,9 @@ def structs():
 
 def constants():
     """Names of the enumerators in the header's order."""
-    return [name for body in re.findall(r"enum \{(.*?)\}", header(), flags=re.S) for name in re.findall(r"(\w+) =", body)]
+    return [
+        name for body in re.findall(r"enum \{(.*?)\}", header(), flags=re.S) for name in re.findall(r"(\w+) =", body)
+    ]
 
 
 def program():
