@@ -32,7 +32,8 @@ void reduce(const Image& image, const std::vector<std::uint8_t>& mask, int scale
     }
 }
 
-// Window mean and 1/|window - mean|, 0 where the window leaves the image. Subtracts the image's mean so that float sums hold.
+// Window mean and 1/|window - mean|, 0 where the window leaves the image. Subtracts the image's mean so that float sums
+// hold.
 void window_statistics(Image& image, int half, Image& mean, Image& norm) {
   double total = 0;
   std::int64_t count = 0;
@@ -73,7 +74,8 @@ void window_statistics(Image& image, int half, Image& mean, Image& norm) {
   for (float& g : image.pixels) g = g == g ? g - offset : 0;
 }
 
-// Least-squares plane through the consistent disparities of the 5 x 5 cells round (x, y) that lie within one cell of the centre's.
+// Least-squares plane through the consistent disparities of the 5 x 5 cells round (x, y) that lie within one cell of
+// the centre's.
 CoarseMatch fit_plane(const CoarseWork& work, int width, int height, int x, int y, int scale) {
   const float centre = work.consistent[static_cast<std::size_t>(y) * width + x];
   if (!(centre == centre)) return {kNan, 0, 0};
@@ -124,7 +126,8 @@ void coarse_match(const Run& run, const Image& left, const std::vector<std::uint
 
   const int rows = height - 2 * half, bands = (rows + kBandRows - 1) / kBandRows;
   const std::size_t columns = static_cast<std::size_t>(width) * d_count;
-  const std::size_t slice = columns + 6 * static_cast<std::size_t>(width + d_count) + 2 * static_cast<std::size_t>(d_count);
+  const std::size_t slice =
+      columns + 6 * static_cast<std::size_t>(width + d_count) + 2 * static_cast<std::size_t>(d_count);
   work.scratch.resize(slice * bands);
   const auto kernel = run.isa == Isa::kAvx2 ? kernels::coarse_band_avx2 : kernels::coarse_band_baseline;
   parallel_for(

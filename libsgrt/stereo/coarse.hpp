@@ -1,4 +1,5 @@
-// The first guess: ZNCC over the whole search range on reduced images, left-right consistent. docs/theory/stereo.md eq. 4-5.
+// The first guess: ZNCC over the whole search range on reduced images, left-right consistent. docs/theory/stereo.md eq.
+// 4-5.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +11,14 @@
 namespace sgrt {
 
 struct CoarseOptions {
-  int scale = 4;                // reduction
-  int half = 4;                 // window of 9 x 9 reduced pixels
+  int scale = 4;  // reduction
+  int half = 4;   // window of 9 x 9 reduced pixels
   float min_correlation = 0.5F;
   double disparity_min, disparity_max;  // px of the rectified images
 };
 
-// A plane of disparities round a reduced pixel: d + a i + b j, px of the rectified images. d is NaN where there is none.
+// A plane of disparities round a reduced pixel: d + a i + b j, px of the rectified images. d is NaN where there is
+// none.
 struct CoarseMatch {
   float d, a, b;
 };

@@ -5,5 +5,7 @@ namespace sgrt::kernels {
 namespace {
 #include "stereo/coarse_kernel.inl"
 }  // namespace
-void coarse_band_baseline(const CoarseBand& band) { coarse_band(band); }
+void coarse_band_baseline(const CoarseBand& band) {
+  coarse_band(band);
+}
 }  // namespace sgrt::kernels

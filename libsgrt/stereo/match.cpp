@@ -18,10 +18,14 @@ constexpr RowMatch kNoMatch{kNan, 0, 0, kNan, kNan, kNan, kernels::kDiverged};
 Reason reason_of(int outcome) {
   switch (outcome) {
     case kernels::kLeftView:
-    case kernels::kRightView: return Reason::kOutOfView;
-    case kernels::kClipped: return Reason::kSaturated;
-    case kernels::kFlat: return Reason::kNoTexture;
-    default: return Reason::kNoMatch;
+    case kernels::kRightView:
+      return Reason::kOutOfView;
+    case kernels::kClipped:
+      return Reason::kSaturated;
+    case kernels::kFlat:
+      return Reason::kNoTexture;
+    default:
+      return Reason::kNoMatch;
   }
 }
 
@@ -31,7 +35,9 @@ struct Matcher {
   decltype(&kernels::refine_row_baseline) refine;
 
   Matcher(const Run& run, const RectifiedImage& l, const RectifiedImage& r, const StereoOptions& o)
-      : left(l.plane()), right(r.plane()), options(o),
+      : left(l.plane()),
+        right(r.plane()),
+        options(o),
         refine(run.isa == Isa::kAvx2 ? kernels::refine_row_avx2 : kernels::refine_row_baseline) {}
 
   // Refines from the plane in `match`; the reason is kNone when it is accepted.
@@ -76,7 +82,8 @@ void seed(const Run& run, const Matcher& matcher, const CoarseMap& coarse, const
           const CoarseMatch& c = coarse.at_pixel(x, y);
           RowMatch match = kNoMatch;
           if (c.d == c.d) {
-            const float dx = static_cast<float>(x % coarse.scale) - centre, dy = static_cast<float>(y % coarse.scale) - centre;
+            const float dx = static_cast<float>(x % coarse.scale) - centre,
+                        dy = static_cast<float>(y % coarse.scale) - centre;
             match.d = c.d + c.a * dx + c.b * dy, match.a = c.a, match.b = c.b;
             field.reason[k] = matcher.solve(x, y, match, static_cast<float>(coarse.scale) + 2);
           } else {
@@ -101,8 +108,8 @@ std::int64_t best_neighbour(const Grid& grid, const MatchField& field, std::int6
   return best;
 }
 
-// Waves: every unsolved point beside a solved one is tried from its best neighbour's plane; what is solved feeds the next
-// wave. A wave reads only what earlier waves wrote, so the result does not depend on the threads.
+// Waves: every unsolved point beside a solved one is tried from its best neighbour's plane; what is solved feeds the
+// next wave. A wave reads only what earlier waves wrote, so the result does not depend on the threads.
 void grow(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& field) {
   field.tried.assign(grid.size(), -1);  // the neighbour tried last
   std::vector<RowMatch>& matches = field.matches;
@@ -186,15 +193,16 @@ void name_flat_windows(const Grid& grid, const StereoOptions& options, MatchFiel
   for (std::int64_t k = 0; k < grid.size(); ++k) {
     RowMatch match = field.matches[k];
     match.noise = typical;
-    if (field.reason[k] == Reason::kNoMatch && sigma_of(match) > options.max_sigma) field.reason[k] = Reason::kNoTexture;
+    if (field.reason[k] == Reason::kNoMatch && sigma_of(match) > options.max_sigma)
+      field.reason[k] = Reason::kNoTexture;
   }
 }
 
 }  // namespace
 
 double sigma_of(const RowMatch& match) {
-  // The residual f - g holds two images' noise after interpolation (left: x and y; right: x, y and x again), which damps
-  // the fine grain that the residual sees but not the coarse grain that moves the match.
+  // The residual f - g holds two images' noise after interpolation (left: x and y; right: x, y and x again), which
+  // damps the fine grain that the residual sees but not the coarse grain that moves the match.
   constexpr double kGain2 = kSplineNoiseGain * kSplineNoiseGain;
   constexpr double kDamping = (kGain2 + kGain2 * kSplineNoiseGain) / 2;
   return std::sqrt(static_cast<double>(match.noise) * match.texture / kDamping);

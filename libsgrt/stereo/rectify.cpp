@@ -60,7 +60,8 @@ void fill_sources(const Run& run, const Rectification& r, RectifiedView& view) {
         for (int y = static_cast<int>(begin); y < end; ++y)
           for (int x = 0; x < view.width; ++x) {
             const Vec2 p = r.source_pixel(view, x, y);
-            const bool inside = p.x() >= 0 && p.y() >= 0 && p.x() <= view.camera->width - 1 && p.y() <= view.camera->height - 1;
+            const bool inside =
+                p.x() >= 0 && p.y() >= 0 && p.x() <= view.camera->width - 1 && p.y() <= view.camera->height - 1;
             float* s = &view.source[(static_cast<std::size_t>(y) * view.width + x) * 2];
             s[0] = inside ? static_cast<float>(p.x()) : std::numeric_limits<float>::quiet_NaN();
             s[1] = static_cast<float>(p.y());
@@ -72,7 +73,8 @@ void fill_sources(const Run& run, const Rectification& r, RectifiedView& view) {
 }  // namespace
 
 Vec2 Rectification::source_pixel(const RectifiedView& view, double x, double y) const {
-  const Vec3 ray = view.camera->camera_from_room.R * (room_from_rectified * Vec3((x - view.cx) / f, (y - view.cy) / f, 1));
+  const Vec3 ray =
+      view.camera->camera_from_room.R * (room_from_rectified * Vec3((x - view.cx) / f, (y - view.cy) / f, 1));
   return project_camera(*view.camera, ray);
 }
 
@@ -85,13 +87,15 @@ Rectification make_rectification(const Run& run, const Camera& left, const Camer
   const Vec3 base = right.centre_in_room() - r.centre;
   r.baseline = base.norm();
   if (!(r.baseline > 1e-3))
-    fail(Status::kDegenerate, "pair: cameras " + left.id + " and " + right.id + " stand in one place, expected a baseline");
+    fail(Status::kDegenerate,
+         "pair: cameras " + left.id + " and " + right.id + " stand in one place, expected a baseline");
   const Vec3 x = base / r.baseline;
   const Vec3 z_left = left.camera_from_room.R.row(2), z_right = right.camera_from_room.R.row(2);
   const Vec3 view = z_left + z_right;
   if (std::min(z_left.cross(x).norm(), z_right.cross(x).norm()) < std::sin(kMinAngle) || view.cross(x).norm() < 0.2)
-    fail(Status::kDegenerate, "pair: cameras " + left.id + " and " + right.id +
-                                  " look along their baseline or away from each other, expected a common view across it");
+    fail(Status::kDegenerate,
+         "pair: cameras " + left.id + " and " + right.id +
+             " look along their baseline or away from each other, expected a common view across it");
   const Vec3 y = view.cross(x).normalized();
   r.room_from_rectified.col(0) = x;
   r.room_from_rectified.col(1) = y;
@@ -103,7 +107,9 @@ Rectification make_rectification(const Run& run, const Camera& left, const Camer
   crop(bl, rectified_from_room, r.centre, volume_min, volume_max);
   crop(br, rectified_from_room, right.centre_in_room(), volume_min, volume_max);
   const double y0 = std::max(bl.y0, br.y0), y1 = std::min(bl.y1, br.y1);
-  const auto size = [&](double a, double b) { return static_cast<int>(std::min(std::ceil((b - a) * r.f), 40000.0)) + 1; };
+  const auto size = [&](double a, double b) {
+    return static_cast<int>(std::min(std::ceil((b - a) * r.f), 40000.0)) + 1;
+  };
   if (!(y1 > y0) || !(bl.x1 > bl.x0) || !(br.x1 > br.x0) || size(y0, y1) < 32 || size(bl.x0, bl.x1) < 32)
     fail(Status::kInvalidArgument, "pair: cameras " + left.id + " and " + right.id +
                                        " have no view in common inside the working volume, expected one");

@@ -1,5 +1,6 @@
-// Epipolar rectification of a pair from the rig: two virtual pinhole cameras with one rotation and one focal length, x along
-// the baseline, so that a point lies on the same row of both. Fusiello, Trucco, Verri (2000). docs/theory/stereo.md eq. 1-3.
+// Epipolar rectification of a pair from the rig: two virtual pinhole cameras with one rotation and one focal length, x
+// along the baseline, so that a point lies on the same row of both. Fusiello, Trucco, Verri (2000).
+// docs/theory/stereo.md eq. 1-3.
 #pragma once
 
 #include <cstdint>

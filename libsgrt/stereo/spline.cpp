@@ -14,7 +14,8 @@ constexpr float kPole = -0.26794919243112270647F;  // sqrt(3) - 2
 constexpr float kGain = 6;                         // (1 - pole)(1 - 1/pole)
 constexpr int kHorizon = 12;                       // pole^12 < 1.4e-7: the mirrored start
 
-// Filters `lanes` sequences side by side (they hide each other's latency): element n of lane l is at n * step + l * lane.
+// Filters `lanes` sequences side by side (they hide each other's latency): element n of lane l is at n * step + l *
+// lane.
 void prefilter(float* c, int n, std::ptrdiff_t step, int lanes, std::ptrdiff_t lane) {
   if (n < 2) return;
   constexpr int kMaxLanes = 64;

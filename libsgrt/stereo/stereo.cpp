@@ -20,7 +20,8 @@ void check(const StereoOptions& o) {
   if (o.window < 9 || o.window > 41 || o.window % 2 == 0) refuse("window_px", o.window, "an odd number from 9 to 41");
   if (o.stride < 1 || o.stride > 32) refuse("stride_px", o.stride, "1 to 32");
   if (o.min_component < 1) refuse("min_component", o.min_component, "at least 1");
-  if (!(o.min_correlation > 0 && o.min_correlation < 1)) refuse("min_correlation", o.min_correlation, "more than 0 and less than 1");
+  if (!(o.min_correlation > 0 && o.min_correlation < 1))
+    refuse("min_correlation", o.min_correlation, "more than 0 and less than 1");
   if (!(o.max_left_right > 0)) refuse("max_left_right_px", o.max_left_right, "more than 0");
   if (!(o.max_sigma > 0)) refuse("max_sigma_px", o.max_sigma, "more than 0");
   for (int i = 0; i < 3; ++i)
@@ -29,9 +30,9 @@ void check(const StereoOptions& o) {
 
 void check_size(const ImageView& image, const Camera& camera, const char* name) {
   if (image.width == camera.width && image.height == camera.height) return;
-  fail(Status::kInvalidArgument, std::string(name) + ": " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-                                     " px, expected " + std::to_string(camera.width) + " x " +
-                                     std::to_string(camera.height) + " of camera " + camera.id);
+  fail(Status::kInvalidArgument, std::string(name) + ": " + std::to_string(image.width) + " x " +
+                                     std::to_string(image.height) + " px, expected " + std::to_string(camera.width) +
+                                     " x " + std::to_string(camera.height) + " of camera " + camera.id);
 }
 
 }  // namespace
@@ -49,7 +50,8 @@ struct StereoMatcher::Impl {
   MatchField field;
   std::shared_ptr<StereoResult> result;
 
-  // Disparities that the working volume can have, px. An unbounded volume leaves all from infinity to the image's width.
+  // Disparities that the working volume can have, px. An unbounded volume leaves all from infinity to the image's
+  // width.
   void bound_disparities() {
     const Rectification& r = rectification;
     double nearest = r.baseline / 2, furthest = std::numeric_limits<double>::infinity();
@@ -89,7 +91,8 @@ StereoMatcher::StereoMatcher(const Run& run, const Rig& rig, const StereoPair& p
 StereoMatcher::~StereoMatcher() = default;
 StereoMatcher::StereoMatcher(StereoMatcher&&) noexcept = default;
 
-const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const ImageView& left, const ImageView& right) {
+const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const ImageView& left,
+                                                          const ImageView& right) {
   Impl& m = *impl_;
   check_size(left, m.left_camera, "left");
   check_size(right, m.right_camera, "right");
@@ -105,7 +108,9 @@ const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const 
   triangulate(run, m.rectification, m.grid, m.options, m.field, *m.result);
   const bool found = m.result->point_count > 0;
   m.result->status = found ? Status::kOk : Status::kNotFound;
-  m.result->message = found ? "" : "no point of the scene could be matched between left and right, expected a textured surface that both cameras see";
+  m.result->message = found ? ""
+                            : "no point of the scene could be matched between left and right, expected a textured "
+                              "surface that both cameras see";
   return m.result;
 }
 

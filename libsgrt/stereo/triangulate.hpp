@@ -8,7 +8,8 @@
 
 namespace sgrt {
 
-// Fills result (surface, reason, correlation, pixels, counts) from the matches; points outside the volume get their reason.
+// Fills result (surface, reason, correlation, pixels, counts) from the matches; points outside the volume get their
+// reason.
 void triangulate(const Run& run, const Rectification& rectification, const Grid& grid, const StereoOptions& options,
                  MatchField& field, StereoResult& result);
 
