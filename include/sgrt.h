@@ -294,7 +294,7 @@ typedef struct sgrt_roi sgrt_roi;
 /* A polygon in the room's X-Y plane, seen from above: vertices is V x 2, mm, V >= 3, closed by itself. A reference point is
  * inside by the even-odd rule if its normal has z > 0.
  * SGRT_E_INVALID_ARGUMENT  fewer than 3 vertices, non-finite, no area
- * SGRT_E_LIMIT             more than 100,000 vertices. since 0.1 */
+ * SGRT_E_LIMIT             more than 10,000 vertices. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_from_polygon(const sgrt_view *vertices_xy_mm, sgrt_roi **roi);
 /* An axis-aligned box of the room. SGRT_E_INVALID_ARGUMENT  non-finite, or min >= max. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_from_box(const double min_mm[3], const double max_mm[3], sgrt_roi **roi);
