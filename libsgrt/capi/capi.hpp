@@ -5,7 +5,6 @@
 
 #include <sgrt.h>
 
-#include <limits>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -50,8 +49,7 @@ struct sgrt_stereo {
 
 struct sgrt_stereo_session {
   sgrt::StereoMatcher matcher;
-  sgrt::Camera left, right;
-  double time_s = -std::numeric_limits<double>::infinity();
+  double time_s;  // of the last push
   sgrt_stereo lent;
 };
 
@@ -97,5 +95,6 @@ sgrt_couch_correction to_c(const CouchCorrection& c);
 
 // A handle on a surface. Packs its modes.
 std::unique_ptr<sgrt_surface> handle_of(std::shared_ptr<const Surface> surface);
+std::unique_ptr<sgrt_surface> handle_of(Surface&& surface);
 
 }  // namespace sgrt

@@ -2,7 +2,7 @@
 #include "stereo/stereo.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 #include "capi/capi.hpp"
 
@@ -33,21 +33,9 @@ sgrt_stereo_options to_c(const StereoOptions& o) {
   return c;
 }
 
+// The matcher checks the values.
 StereoOptions from_c(const sgrt_stereo_options& c) {
   StereoOptions o;
-  if (c.window_px < 9 || c.window_px > 41 || c.window_px % 2 == 0)
-    refuse("options.window_px", std::to_string(c.window_px), "an odd number, 9 to 41");
-  check_range(c.stride_px, 1, 32, "options.stride_px");
-  check_range(c.min_component, 1, 1'000'000, "options.min_component");
-  for (int i = 0; i < 3; ++i) {
-    if (c.volume_min_mm[i] < c.volume_max_mm[i]) continue;  // infinite sides are fine
-    const std::string axis = "[" + std::to_string(i) + "]";
-    refuse(("options.volume_min_mm" + axis).c_str(), text_of(c.volume_min_mm[i]),
-           "less than options.volume_max_mm" + axis + ", which is " + text_of(c.volume_max_mm[i]));
-  }
-  check_range(c.min_correlation, 0, 1, "options.min_correlation");
-  check_positive(c.max_left_right_px, 100, "options.max_left_right_px");
-  check_positive(c.max_sigma_px, 100, "options.max_sigma_px");
   o.window = c.window_px;
   o.stride = c.stride_px;
   o.min_component = c.min_component;
@@ -57,16 +45,6 @@ StereoOptions from_c(const sgrt_stereo_options& c) {
   o.max_left_right = c.max_left_right_px;
   o.max_sigma = c.max_sigma_px;
   return o;
-}
-
-ImageView image_from(const Camera& camera, const sgrt_view* view, const char* name) {
-  const ImageView image = image_of(view, name);
-  if (image.width != camera.width || image.height != camera.height) {
-    refuse(name, std::to_string(image.width) + " x " + std::to_string(image.height) + " px",
-           std::to_string(camera.width) + " x " + std::to_string(camera.height) + " as the rig states for camera " +
-               camera.id);
-  }
-  return image;
 }
 
 const StereoPair& pair_from(const sgrt_rig* rig, const char* pair_id) {
@@ -125,8 +103,8 @@ sgrt_status sgrt_stereo_match(sgrt_context* context, const sgrt_rig* rig, const 
   return guard([&] {
     need(result, "result");
     const StereoPair& pair = pair_from(rig, pair_id);
-    const ImageView l = image_from(rig->rig.cameras[pair.left], left, "left");
-    const ImageView r = image_from(rig->rig.cameras[pair.right], right, "right");
+    const ImageView l = image_of(left, "left");
+    const ImageView r = image_of(right, "right");
     const StereoOptions o = from_c(read_struct(options, to_c(StereoOptions{}), "options.struct_size"));
     const Run run = run_of(context);
     auto handle = std::make_unique<sgrt_stereo>();
@@ -172,20 +150,19 @@ sgrt_status sgrt_stereo_session_create(sgrt_context* context, const sgrt_rig* ri
     need(session, "session");
     const StereoPair& pair = pair_from(rig, pair_id);
     const StereoOptions o = from_c(read_struct(options, to_c(StereoOptions{}), "options.struct_size"));
-    const auto& cameras = rig->rig.cameras;
-    StereoMatcher matcher(run_of(context), rig->rig, pair, o);
-    *session = new sgrt_stereo_session{std::move(matcher), cameras[pair.left], cameras[pair.right], {}, {}};
+    *session = new sgrt_stereo_session{
+        StereoMatcher(run_of(context), rig->rig, pair, o), -std::numeric_limits<double>::infinity(), {}};
   });
 }
 
 sgrt_status sgrt_stereo_session_push(sgrt_context* context, sgrt_stereo_session* session, const sgrt_view* left,
                                      const sgrt_view* right, double time_s, const sgrt_stereo** result) {
-  if (result) *result = nullptr;  // nothing is lent after an error
   return guard([&] {
-    need(session, "session");
     need(result, "result");
-    const ImageView l = image_from(session->left, left, "left");
-    const ImageView r = image_from(session->right, right, "right");
+    *result = nullptr;  // nothing is lent after an error
+    need(session, "session");
+    const ImageView l = image_of(left, "left");
+    const ImageView r = image_of(right, "right");
     check_finite(&time_s, 1, "time_s");
     if (time_s < session->time_s)
       refuse("time_s", text_of(time_s), "at least that of the push before, " + text_of(session->time_s));

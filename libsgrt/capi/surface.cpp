@@ -1,10 +1,7 @@
-// Surfaces: made from the caller's arrays, their arrays lent, normals, fusion, distance map.
-#include <cmath>
+// Surfaces: made from the caller's arrays, and their arrays lent.
+#include <limits>
 
 #include "capi/capi.hpp"
-#include "surface/distance.hpp"
-#include "surface/fuse.hpp"
-#include "surface/normals.hpp"
 
 namespace sgrt {
 namespace {
@@ -16,58 +13,6 @@ sgrt_surface_data data_defaults() {
   d.struct_size = sizeof d;
   d.correlation_points = Surface{}.correlation_points;
   return d;
-}
-
-sgrt_surface_normals_options to_c(const NormalsOptions& o) {
-  sgrt_surface_normals_options c{};
-  c.struct_size = sizeof c;
-  c.neighbours = o.neighbours;
-  Eigen::Map<Vec3>(c.viewpoint_mm) = o.viewpoint;
-  c.radius_mm = o.radius;
-  return c;
-}
-
-NormalsOptions from_c(const sgrt_surface_normals_options& c) {
-  NormalsOptions o;
-  check_range(c.neighbours, 6, 200, "options.neighbours");
-  o.neighbours = c.neighbours;
-  o.viewpoint = place(c.viewpoint_mm, "options.viewpoint_mm");
-  check_positive(c.radius_mm, kMaxCoordinate, "options.radius_mm");
-  o.radius = c.radius_mm;
-  return o;
-}
-
-sgrt_surface_fuse_options to_c(const FuseOptions& o) {
-  sgrt_surface_fuse_options c{};
-  c.struct_size = sizeof c;
-  c.max_distance_mm = o.max_distance;
-  c.max_angle_deg = o.max_angle_deg;
-  return c;
-}
-
-FuseOptions from_c(const sgrt_surface_fuse_options& c) {
-  FuseOptions o;
-  check_reserved(c.reserved, "options.reserved");
-  check_positive(c.max_distance_mm, kMaxCoordinate, "options.max_distance_mm");
-  o.max_distance = c.max_distance_mm;
-  check_positive(c.max_angle_deg, 180, "options.max_angle_deg");
-  o.max_angle_deg = c.max_angle_deg;
-  return o;
-}
-
-sgrt_surface_distance_options to_c(const DistanceOptions& o) {
-  sgrt_surface_distance_options c{};
-  c.struct_size = sizeof c;
-  c.max_distance_mm = o.max_distance;
-  return c;
-}
-
-DistanceOptions from_c(const sgrt_surface_distance_options& c) {
-  DistanceOptions o;
-  check_reserved(c.reserved, "options.reserved");
-  check_positive(c.max_distance_mm, kMaxCoordinate, "options.max_distance_mm");
-  o.max_distance = c.max_distance_mm;
-  return o;
 }
 
 // An array with `tail` numbers a point (0: one number, without a side of its own).
@@ -90,6 +35,7 @@ std::int64_t check_data(const sgrt_surface_data& d) {
     check_view(&d.points, "data.points", Kind::kReal, {kAny, 3});
   }
   const std::int64_t n = d.points.shape[0] * (grid ? d.points.shape[1] : 1);
+  if (n == 0) fail(Status::kInsufficientData, "data.points: no point");
   check_limit(n, kMaxPoints, "data.points");
   if (!absent(&d.normals)) check_beside(d.normals, "data.normals", d.points, 3);
   if (!absent(&d.sigma_mm)) check_beside(d.sigma_mm, "data.sigma_mm", d.points, 0);
@@ -97,7 +43,6 @@ std::int64_t check_data(const sgrt_surface_data& d) {
   std::int64_t faces = 0, modes = 0;
   if (!absent(&d.faces)) {
     check_view(&d.faces, "data.faces", Kind::kIndex, {kAny, 3});
-    if (grid) refuse("data.faces", "given with a grid", "faces only with N x 3 points");
     check_limit(faces = d.faces.shape[0], 2 * kMaxPoints, "data.faces");
   }
   if (!absent(&d.modes)) {
@@ -198,15 +143,11 @@ sgrt_view array_of(const sgrt_surface& handle, std::int32_t field) {
   }
 }
 
-std::shared_ptr<const Surface> shared(Surface&& s) {
-  return std::make_shared<const Surface>(std::move(s));
-}
-
-void need_normals(const Surface& s, const char* name) {
-  if (!s.has_normals()) refuse(name, "a surface without normals", "normals (see sgrt_surface_estimate_normals)");
-}
-
 }  // namespace
+
+std::unique_ptr<sgrt_surface> handle_of(Surface&& surface) {
+  return handle_of(std::make_shared<const Surface>(std::move(surface)));
+}
 
 std::unique_ptr<sgrt_surface> handle_of(std::shared_ptr<const Surface> surface) {
   auto handle = std::make_unique<sgrt_surface>();
@@ -230,7 +171,7 @@ sgrt_status sgrt_surface_create(sgrt_context* /*context*/, const sgrt_surface_da
     need(data, "data");
     need(surface, "surface");
     const sgrt_surface_data d = read_struct(data, data_defaults(), "data.struct_size");
-    *surface = handle_of(shared(make_surface(from_c(d)))).release();
+    *surface = handle_of(make_surface(from_c(d))).release();
   });
 }
 
@@ -245,11 +186,12 @@ sgrt_status sgrt_surface_from_height_field(sgrt_context* /*context*/, const sgrt
     check_place(spacing_mm, 2, "spacing_mm");
     if (spacing_mm[0] == 0 || spacing_mm[1] == 0) refuse("spacing_mm", "0", "two numbers other than 0");
     const std::int64_t height = z_mm->shape[0], width = z_mm->shape[1];
+    if (height * width == 0) fail(Status::kInsufficientData, "z_mm: no point");
     check_limit(height * width, kMaxPoints, "z_mm");
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> z(height, width);
     read_view(*z_mm, z.data());
     const Vec2 origin(origin_mm[0], origin_mm[1]), spacing(spacing_mm[0], spacing_mm[1]);
-    *surface = handle_of(shared(surface_from_height_field(z, origin, spacing))).release();
+    *surface = handle_of(surface_from_height_field(z, origin, spacing)).release();
   });
 }
 
@@ -271,71 +213,5 @@ sgrt_status sgrt_surface_array(const sgrt_surface* surface, int32_t field, sgrt_
     need(surface, "surface");
     need(view, "view");
     *view = array_of(*surface, field);
-  });
-}
-
-sgrt_status sgrt_surface_normals_options_init(sgrt_surface_normals_options* options, size_t size) {
-  return guard([&] { init_struct(options, size, to_c(NormalsOptions{}), "options"); });
-}
-
-sgrt_status sgrt_surface_estimate_normals(sgrt_context* context, const sgrt_surface* surface,
-                                          const sgrt_surface_normals_options* options, sgrt_surface** result) {
-  return guard([&] {
-    need(surface, "surface");
-    need(result, "result");
-    const NormalsOptions o = from_c(read_struct(options, to_c(NormalsOptions{}), "options.struct_size"));
-    *result = handle_of(shared(estimate_normals(run_of(context), *surface->surface, o))).release();
-  });
-}
-
-sgrt_status sgrt_surface_fuse_options_init(sgrt_surface_fuse_options* options, size_t size) {
-  return guard([&] { init_struct(options, size, to_c(FuseOptions{}), "options"); });
-}
-
-sgrt_status sgrt_surface_fuse(sgrt_context* context, const sgrt_surface* const* surfaces, int32_t count,
-                              const sgrt_surface_fuse_options* options, sgrt_surface** result,
-                              sgrt_surface_fuse_info* info) {
-  return guard([&] {
-    need(surfaces, "surfaces");
-    need(result, "result");
-    check_range(count, 1, 64, "count");
-    check_result(info, "info.struct_size");
-    std::vector<const Surface*> inputs;
-    for (int i = 0; i < count; ++i) {
-      const std::string name = "surfaces[" + std::to_string(i) + "]";
-      need(surfaces[i], name.c_str());
-      need_normals(*surfaces[i]->surface, name.c_str());
-      inputs.push_back(surfaces[i]->surface.get());
-    }
-    const FuseOptions o = from_c(read_struct(options, to_c(FuseOptions{}), "options.struct_size"));
-    Fusion fusion = fuse(run_of(context), inputs, o);
-    sgrt_surface_fuse_info f{};
-    f.surface_count = count;
-    f.point_count = fusion.surface.size();
-    f.overlap_count = fusion.overlap_count;
-    f.disagreement_mean_mm = fusion.disagreement_mean;
-    f.disagreement_rms_mm = fusion.disagreement_rms;
-    f.disagreement_expected_mm = fusion.disagreement_expected;
-    *result = handle_of(shared(std::move(fusion.surface))).release();
-    write_struct(info, f);
-  });
-}
-
-sgrt_status sgrt_surface_distance_options_init(sgrt_surface_distance_options* options, size_t size) {
-  return guard([&] { init_struct(options, size, to_c(DistanceOptions{}), "options"); });
-}
-
-sgrt_status sgrt_surface_distance(sgrt_context* context, const sgrt_surface* reference, const sgrt_surface* live,
-                                  const double reference_from_live[16], const sgrt_surface_distance_options* options,
-                                  const sgrt_mut_view* distance_mm) {
-  return guard([&] {
-    need(reference, "reference");
-    need(live, "live");
-    need_normals(*reference->surface, "reference");
-    const Pose pose = reference_from_live ? rigid(reference_from_live, "reference_from_live") : Pose{};
-    const DistanceOptions o = from_c(read_struct(options, to_c(DistanceOptions{}), "options.struct_size"));
-    check_output_beside(distance_mm, "distance_mm", SGRT_F64, live->surface->size(), live->surface->height);
-    const Eigen::VectorXd distance = signed_distance(run_of(context), *reference->surface, *live->surface, pose, o);
-    write_view(*distance_mm, distance.data());
   });
 }
