@@ -44,7 +44,7 @@ def turn_surface(surface: Surface, *, couch_deg: float, isocentre_mm: ArrayLike)
 
 
 def turn_roi(roi: Roi, *, couch_deg: float, isocentre_mm: ArrayLike) -> Roi:
-    """A polygon, turned as turn_surface turns the reference that it was drawn on. A box has no turned twin: InvalidArgument."""
+    """A polygon, turned as turn_surface turns the reference that it was drawn on; a box cannot: InvalidArgument."""
     if roi.polygon_xy_mm is None:
         raise InvalidArgument("a box cannot turn with the couch; give a polygon")
     isocentre = np.asarray(isocentre_mm, dtype=np.float64)[:2]

@@ -59,7 +59,8 @@ def _print(out: Path, surface: Surface, pairs: list[dict[str, Any]], fusion: dic
         )
     if fusion:
         print(
-            f"fused: {fusion['overlap_count']} points in the overlap, disagreement {fusion['disagreement_rms_mm']:.3f} mm RMS"
+            f"fused: {fusion['overlap_count']} points in the overlap,"
+            f" disagreement {fusion['disagreement_rms_mm']:.3f} mm RMS"
             f" (mean {fusion['disagreement_mean_mm']:+.3f}, expected {fusion['disagreement_expected_mm']:.3f})"
         )
     print(f"{out}: {surface.point_count} points")
