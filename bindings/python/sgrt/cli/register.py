@@ -98,8 +98,8 @@ def _align(
     type=float,
     default=0.0,
     metavar="DEG",
-    help="The live surface was captured with the couch turned by DEG (IEC 61217: counter-clockwise seen from above) from"
-    " where the reference was. The reference, and a polygon ROI with it, is first turned about the vertical axis through"
+    help="The live surface was captured with the couch turned by DEG (IEC 61217: counter-clockwise from above) from"
+    " where the reference was. The reference, and a polygon ROI with it, is first turned about the vertical axis at"
     " the isocentre; the result is relative to it, in room axes.",
 )
 @common
