@@ -511,7 +511,7 @@ SGRT_API void sgrt_icp_free(sgrt_icp *result);
 
 enum { SGRT_VERDICT_NONE = 0, SGRT_VERDICT_OK = 1, SGRT_VERDICT_WEAK = 2 };
 
-/* All numbers are NaN where no pose was found, but for the counts and the observability. */
+/* All numbers are NaN where no pose was found, but for the isocentre, the counts, the inlier share and the free motions. */
 typedef struct sgrt_icp_info {
   uint32_t struct_size;
   sgrt_status status;     /* as sgrt_icp_align returned */
