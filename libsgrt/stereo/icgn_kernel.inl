@@ -134,7 +134,8 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     }
     const float mean_g = total(sg) / n;
     const float norm2 = total(sgg) - n * mean_g * mean_g;
-    if (!(norm2 > 1e-8F * norm_f * norm_f)) {
+    const float grey = mean + mean_g;
+    if (!(norm2 > 1e-10F * n * grey * grey) || !(norm2 > 0)) {
       match->outcome = kFlat;
       return;
     }

@@ -278,21 +278,43 @@ void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& 
   }
 }
 
-// A window whose contrast is no more than the noise could not have been matched: no texture, rather than no match.
-void name_flat_windows(const Grid& grid, const StereoOptions& options, MatchField& field) {
-  std::vector<float> noise;
-  noise.reserve(grid.size());
+// What kept an unmatched window from matching, as far as the left image tells.
+Reason explain(const kernels::Plane& image, int x0, int y0, int half, double noise) {
+  if (x0 < half || y0 < half || x0 + half >= image.width || y0 + half >= image.height) return Reason::kOutOfView;
+  double n = 0, sum = 0, square = 0, clipped = 0, outside = 0;
+  for (int y = y0 - half; y <= y0 + half; ++y)
+    for (int x = x0 - half; x <= x0 + half; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * image.width + x;
+      const auto mask = static_cast<Reason>(image.mask[i]);
+      const double g = image.value[i];
+      n += 1, sum += g, square += g * g;
+      clipped += mask == Reason::kSaturated, outside += mask == Reason::kOutOfView;
+    }
+  if (outside > 0) return Reason::kOutOfView;
+  if (clipped > 0.4 * n) return Reason::kSaturated;
+  // Contrast of less than twice the noise is no texture; without any match there is no noise to compare with.
+  const double variance = (square - sum * sum / n) / n;
+  return variance <= 4 * noise || !(variance > 1e-9 * square / n) ? Reason::kNoTexture : Reason::kNoMatch;
+}
+
+void explain_unmatched(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& field) {
+  std::vector<float>& noise = field.noise;
+  noise.clear();
   for (std::int64_t k = 0; k < grid.size(); ++k)
     if (field.reason[k] == Reason::kNone) noise.push_back(field.matches[k].noise);
-  if (noise.empty()) return;
-  std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
-  const float typical = noise[noise.size() / 2];
-  for (std::int64_t k = 0; k < grid.size(); ++k) {
-    RowMatch match = field.matches[k];
-    match.noise = typical;
-    if (field.reason[k] == Reason::kNoMatch && sigma_of(match) > options.max_sigma)
-      field.reason[k] = Reason::kNoTexture;
+  double typical = 0;  // of one image
+  if (!noise.empty()) {
+    std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
+    typical = noise[noise.size() / 2] / 2;
   }
+  parallel_for(
+      run, grid.size(), kBlock * 4,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k)
+          if (field.reason[k] == Reason::kNoMatch)
+            field.reason[k] = explain(matcher.left, grid.x(k), grid.y(k), matcher.options.window / 2, typical);
+      },
+      "checking");
 }
 
 }  // namespace
@@ -341,7 +363,7 @@ void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage
   check_left_right(run, matcher, grid, field);
   judge_neighbourhood(run, grid, options, field);
   remove_islands(grid, options, field);
-  name_flat_windows(grid, options, field);
+  explain_unmatched(run, matcher, grid, field);
 }
 
 }  // namespace sgrt

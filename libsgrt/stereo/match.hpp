@@ -40,6 +40,7 @@ struct MatchField {
   std::vector<kernels::RowMatch> bent;     // work: the second pass
   std::vector<Reason> reason;
   std::vector<std::int64_t> wave, tried, labels;  // work
+  std::vector<float> noise;                       // work
 };
 
 void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage& right, const CoarseMap& coarse,
