@@ -1,6 +1,7 @@
 // Preparing both surfaces. docs/theory/icp.md section 1.
 #include "registration/problem.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -20,7 +21,9 @@ const Surface& with_normals(const Run& run, const Surface& surface, Surface& sto
   return storage;
 }
 
-bool usable(const Surface& s, std::int64_t i) { return s.present(i) && s.normals(i, 0) == s.normals(i, 0); }
+bool usable(const Surface& s, std::int64_t i) {
+  return s.present(i) && s.normals(i, 0) == s.normals(i, 0);
+}
 
 void require_points(std::int64_t count, const char* where) {
   if (count >= kMinPoints) return;
@@ -28,9 +31,13 @@ void require_points(std::int64_t count, const char* where) {
                                       " usable points (present, with a normal), at least 6 are needed");
 }
 
-bool carries_noise(const Surface& s) { return s.sigma.size() > 0 || s.covariance.rows() > 0; }
+bool carries_noise(const Surface& s) {
+  return s.sigma.size() > 0 || s.covariance.rows() > 0;
+}
 
-double squared_or_zero(double v) { return v == v ? v * v : 0; }
+double squared_or_zero(double v) {
+  return v == v ? v * v : 0;
+}
 
 }  // namespace
 
@@ -52,9 +59,14 @@ Problem::Problem(const Run& run, const Surface& reference_in, const Surface& liv
   require_points(count, roi != nullptr ? "the reference within the roi" : "the reference");
   centre /= static_cast<double>(count);
   double sum2 = 0;
+  std::vector<double> reach;
   for (std::int64_t i = 0; i < r.size(); ++i) {
-    if (usable(r, i) && counts(i)) sum2 += (r.point(i) - centre).squaredNorm();
+    if (!usable(r, i) || !counts(i)) continue;
+    sum2 += (r.point(i) - centre).squaredNorm();
+    reach.push_back(field.reach[i]);
   }
+  std::nth_element(reach.begin(), reach.begin() + count / 2, reach.end());
+  spacing = reach[static_cast<std::size_t>(count / 2)];
   lever = std::max(1e-3, std::sqrt(sum2 / static_cast<double>(count)));
 
   for (std::int64_t i = 0; i < live->size(); ++i) {
