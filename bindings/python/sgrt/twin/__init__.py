@@ -1,7 +1,8 @@
 """The twin: a seeded simulated treatment room with exact ground truth, for tests, examples and the demo.
 
-It uses nothing of the library that it tests: its projection, poses and surfaces are its own, or common errors would cancel. The
-same seeds give the same bytes. Units are mm and pixels; frames and equations: docs/theory/twin.md. Needs the extra `twin`.
+It uses nothing of the library that it tests: its projection, poses and surfaces are its own, or common
+errors would cancel. The same seeds give the same bytes. Units are mm and pixels; frames and equations:
+docs/theory/twin.md. Needs the extra `twin`.
 """
 
 from __future__ import annotations
@@ -55,5 +56,6 @@ def sample_surface(phantom: Phantom, count: int, seed: int) -> tuple[Array, np.n
 
 
 def distance(phantom: Phantom, points_in_body: ArrayLike) -> Array:
-    """`Phantom.distance` as a function: signed distance, mm, of body-frame points (N, 3), positive outside."""
+    """`Phantom.distance` as a function: signed distance, mm, of body-frame points (N, 3), positive
+    outside."""
     return phantom.distance(points_in_body)

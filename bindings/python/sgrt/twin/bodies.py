@@ -1,7 +1,8 @@
 """The two bodies of the twin: a torso and a head, as parameters of the implicit function in phantom.py.
 
-Both are of the project's own making: no scan of a person went into them. Lengths are mm in the body frame (x to the patient's left,
-y to the head, z to the front, origin at the isocentre inside the body). Left and right differ a little, as in a person.
+Both are of the project's own making: no scan of a person went into them. Lengths are mm in the body frame
+(x to the patient's left, y to the head, z to the front, origin at the isocentre inside the body). Left and
+right differ a little, as in a person.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ def torso(scale: float = 1.0, breath_mm: float = 0.0, albedo: float = 0.6, textu
     Parameters
     ----------
     scale : size factor, 0.5 to 2.
-    breath_mm : lift of the chest and belly by breathing, -10 to 30 mm at the belly's top (a non-rigid change of shape).
+    breath_mm : lift of the chest and belly by breathing, -10 to 30 mm at the belly's top (a non-rigid
+    change of shape).
     albedo : share of the light that the skin returns, 0 to 1.
     texture : relative variation of the albedo over the skin, 0 to 0.5; it moves with the body.
     """
@@ -27,13 +29,13 @@ def torso(scale: float = 1.0, breath_mm: float = 0.0, albedo: float = 0.6, textu
         Blob(92, (0, -300, -26), (174, 150, 94)),  # hips
         Blob(70, (132, 196, -26), (72, 76, 62)),  # shoulders
         Blob(70, (-136, 190, -28), (74, 74, 60)),
-        Blob(60, (0, 290, -16), (60, 120, 60)),  # neck
+        Blob(60, (0, 255, -14), (60, 160, 60)),  # neck
     )
     bumps = (
-        Blob(27, (78, 78, 68), (46, 43, 38)),  # breasts
-        Blob(23, (-81, 74, 67), (44, 45, 38)),
-        Blob(3.0, (86, 68, 102), (6, 6, 12)),
-        Blob(3.0, (-89, 63, 98), (6, 6, 12)),
+        Blob(27, (76, 76, 84), (39, 37, 36)),  # breasts
+        Blob(23, (-79, 72, 83), (38, 39, 36)),
+        Blob(3.5, (84, 66, 112), (6, 6, 14)),
+        Blob(3.5, (-87, 61, 108), (6, 6, 14)),
         Blob(-7, (1, 96, 90), (13, 75, 30)),  # hollow of the breast bone
         Blob(9, (94, -52, 58), (40, 30, 30), (0, 0, 24)),  # flare of the ribs
         Blob(8, (-95, -46, 58), (40, 30, 30), (0, 0, -26)),
@@ -46,14 +48,16 @@ def torso(scale: float = 1.0, breath_mm: float = 0.0, albedo: float = 0.6, textu
         Blob(-9, (1, 226, 52), (12, 13, 22)),  # notch above the breast bone
         Blob(4.5, (-72, 158, 66), (13, 11, 22), (0, 0, 20)),  # a port under the skin
     )
-    return _build("torso", parts, bumps, 0.055, (-240.0, 190.0, -15.0), (), scale, albedo, texture)
+    return _build("torso", parts, bumps, 0.055, (-240.0, 190.0, -15.0), 3.0, (), scale, albedo, texture)
 
 
 def head(scale: float = 1.0, albedo: float = 0.6, texture: float = 0.0) -> Phantom:
-    """A head with a neck, isocentre in the brain, the tip of the nose about 118 mm above it, vertex towards +y.
+    """A head with a neck, isocentre in the brain, the tip of the nose about 113 mm above it, vertex towards
+    +y.
 
-    Landmarks (`Phantom.landmarks`): nose_apex, ala_left, ala_right, nasion, nasolabial_left, nasolabial_right, nasofacial_left,
-    nasofacial_right, chin, eye_inner_left, eye_inner_right; left and right are the patient's own.
+    Landmarks (`Phantom.landmarks`): nose_apex, ala_left, ala_right, nasion, nasolabial_left,
+    nasolabial_right, nasofacial_left, nasofacial_right, chin, eye_inner_left, eye_inner_right; left and
+    right are the patient's own.
 
     Parameters
     ----------
@@ -65,7 +69,7 @@ def head(scale: float = 1.0, albedo: float = 0.6, texture: float = 0.0) -> Phant
         Blob(95, (0, 32, -12), (76, 86, 98)),  # skull
         Blob(70, (0, -34, 27), (61, 84, 68)),  # face
         Blob(50, (0, -76, 34), (45, 40, 56)),  # jaw
-        Blob(58, (0, -135, -28), (56, 105, 58)),  # neck
+        Blob(56, (0, -120, -30), (54, 120, 56)),  # neck
     )
     bumps = (
         *_pair(5.5, (28, 36, 90), (18, 7, 16), (0, 0, -6)),  # brow
@@ -85,7 +89,7 @@ def head(scale: float = 1.0, albedo: float = 0.6, texture: float = 0.0) -> Phant
         Blob(-4, (0, -54.6, 98), (19, 2.6, 12)),
         Blob(-3, (0, -41, 98), (3.4, 5.5, 10)),  # philtrum
         Blob(-5, (0, -70, 96), (15, 4.8, 12)),  # furrow above the chin
-        Blob(9, (0.2, -85, 90), (14, 11, 18)),  # chin
+        Blob(9.5, (0.2, -91, 90), (12.5, 9.5, 15)),  # chin
         *_pair(15, (76, 4, -14), (11, 27, 13), (18, 0, 0)),  # ears
         *_pair(-7, (84, 0, -6), (10, 11, 6), (18, 0, 0)),
     )
@@ -98,11 +102,11 @@ def head(scale: float = 1.0, albedo: float = 0.6, texture: float = 0.0) -> Phant
         ("nasolabial_right", (-20.0, -36.0, 92.0), -1),
         ("nasofacial_left", (17.0, -12.0, 94.0), -1),
         ("nasofacial_right", (-17.0, -12.0, 94.0), -1),
-        ("chin", (0.0, -86.0, 97.0), 1),
+        ("chin", (0.0, -94.0, 96.0), 1),
         ("eye_inner_left", (15.0, 14.0, 90.0), -1),
         ("eye_inner_right", (-15.0, 14.0, 90.0), -1),
     )
-    return _build("head", parts, bumps, 0.09, (-110.0, 20.0, -5.0), marks, scale, albedo, texture)
+    return _build("head", parts, bumps, 0.09, (-110.0, 20.0, -5.0), 1.8, marks, scale, albedo, texture)
 
 
 def _pair(
@@ -116,7 +120,7 @@ def _pair(
     return Blob(size, centre, axes, turn_deg), Blob(0.97 * size, (-x, y, z), axes, (a, -b, -c))
 
 
-def _build(name, parts, bumps, sharpness, spine, marks, scale, albedo, texture) -> Phantom:
+def _build(name, parts, bumps, sharpness, spine, facet_mm, marks, scale, albedo, texture) -> Phantom:
     k = checks.number("scale", scale, 0.5, 2.0)
 
     def grown(blobs: tuple[Blob, ...]) -> tuple[Blob, ...]:
@@ -128,12 +132,13 @@ def _build(name, parts, bumps, sharpness, spine, marks, scale, albedo, texture) 
 
     marks = tuple((mark, tuple(k * v for v in near), sign) for mark, near, sign in marks)
     return Phantom(
-        name,
-        grown(parts),
-        grown(bumps),
-        sharpness / k,
-        tuple(k * v for v in spine),
-        marks,
+        name=name,
+        parts=grown(parts),
+        bumps=grown(bumps),
+        sharpness=sharpness / k,
+        spine=tuple(k * v for v in spine),
+        facet_mm=facet_mm * k,
+        marks=marks,
         albedo=albedo,
         texture=texture,
     )

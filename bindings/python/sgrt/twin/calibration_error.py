@@ -1,10 +1,12 @@
 """A drawn calibration error, correlated as a real calibration's is.
 
-Per pod the linearised calibration is solved: both cameras' nine intrinsics, the right camera's pose relative to the left one's
-and every board's pose, from a board held in 24 poses through the working volume, equal noise on each corner. One draw
-from the covariance of that solve perturbs the cameras. Then the pod is put into the room as a clinic does it, by a least-squares fit of its six
-degrees of freedom to noisy images of a phantom's points about the isocentre, which absorbs what it can of the first error. Both steps
-are linear in the noise, so one factor scales the whole to the wanted pixel error. Theory: docs/theory/twin.md.
+Per pod the linearised calibration is solved: both cameras' nine intrinsics, the right camera's pose relative
+to the left one's and every board's pose, from a board held in 24 poses through the working volume, equal
+noise on each corner. One draw from the covariance of that solve perturbs the cameras. Then the pod is put
+into the room as a clinic does it: its six degrees of freedom are fitted to the images of a phantom's 27
+points about the isocentre, found with the same noise. The fit absorbs what it can of the first error. All
+of it is linear in the noise, so one factor gives the wanted expected pixel error (0.1 px: a noise of about
+0.24 px, a printed board). Theory: docs/theory/twin.md.
 """
 
 from __future__ import annotations
@@ -17,14 +19,11 @@ from .camera import Camera
 from .checks import Array
 from .sensor import stream
 
-INTRINSICS = 9  # fx fy cx cy k1 k2 p1 p2 k3
 BOARDS = 24
 BOARD_POINTS = np.array([[x, y, 0.0] for x in range(-4, 5) for y in range(-3, 4)]) * 40.0
-ROOM_POINTS = np.array(
-    [[x, y, z] for x in (-60, 0, 60) for y in (-60, 0, 60) for z in (-60, 0, 60)], dtype=float
-)
-VOLUME_POINTS = np.array(
-    [[x, y, z] for x in (-200, 0, 200) for y in (-250, 0, 250) for z in (-50, 50, 150)], dtype=float
+ROOM_POINTS = np.array([[x, y, z] for x in (-60, 0, 60) for y in (-60, 0, 60) for z in (-60, 0, 60)], float)
+VOLUME_POINTS = np.array(  # the middles of the cells of a box of 400 x 500 x 200 mm
+    [[x, y, z] for x in (-150, -50, 50, 150) for y in (-188, -62, 62, 188) for z in (-17, 50, 117)], float
 )
 PRIOR_K3 = 0.2  # one sigma: the field is too narrow to fix k3 by itself
 
@@ -32,37 +31,41 @@ PRIOR_K3 = 0.2  # one sigma: the field is too narrow to fix k3 by itself
 def perturbed_pod(left: Camera, right: Camera, seed: int, sigma_px: float) -> tuple[Camera, Camera]:
     """The pod's two cameras as a calibration would have found them.
 
-    `sigma_px` is the expected root mean square, per pixel coordinate, of the change of projection over the working volume.
+    `sigma_px` is the expected root mean square, per pixel coordinate, of the change of projection over the
+    working volume.
     """
     if sigma_px == 0.0:
         return left, right
-    spread = _spread(left, right)
-    pair = (left, right)
-    jacobian = np.vstack([_jacobian(camera, VOLUME_POINTS, side) for side, camera in enumerate(pair)])
-    expected = np.sqrt(np.mean(np.sum((jacobian @ spread) ** 2, axis=1)))
-    z = stream(seed, left.id, "calibration").standard_normal(spread.shape[1])
-    error = spread @ z * (sigma_px / expected)
-    return _moved(left, error[:INTRINSICS], error[18:24]), _moved(right, error[9:18], error[24:30])
+    root = _root((left, right))
+    expected_px = np.sqrt(np.mean(np.sum((_stacked((left, right), VOLUME_POINTS) @ root) ** 2, axis=1)))
+    noise = stream(seed, left.id, "calibration").standard_normal(root.shape[1])
+    error = root @ noise * (sigma_px / expected_px)
+    return _moved(left, error[:9], error[18:24]), _moved(right, error[9:18], error[24:30])
 
 
-def _spread(left: Camera, right: Camera) -> Array:
-    """S (30, n) with covariance S S^T of: left and right intrinsics (9 + 9), left and right pose (6 + 6)."""
-    pair = (left, right)
-    board_rows = _board_spread(
-        pair
-    )  # 9 + 9 intrinsics and the right camera's pose, the left camera's pose held
-    pods = np.zeros((30, board_rows.shape[1]))
-    pods[:18], pods[24:30] = board_rows[:18], board_rows[18:24]
-    # The room fit: one rigid motion of the pod (both camera poses together), by the phantom's points in both images.
-    seen = np.vstack([_jacobian(camera, ROOM_POINTS, side) for side, camera in enumerate(pair)])
-    rigid = _rigid(pair)
+def _root(pair: tuple[Camera, Camera]) -> Array:
+    """S, (30, n): S S^T is the covariance that a noise of 1 px on every found point leaves.
+
+    The 30 parameters: left and right intrinsics (9 + 9: fx fy cx cy k1 k2 p1 p2 k3), left and right pose (6
+    + 6).
+    """
+    inner = _board_spread(pair)
+    pod = np.zeros((30, inner.shape[1]))
+    pod[:18], pod[24:30] = inner[:18], inner[18:24]
+    # The room fit moves both cameras by one twist; it sees the error of the boards and its own noise.
+    rigid, seen = _rigid(pair), _stacked(pair, ROOM_POINTS)
     fit = np.linalg.pinv(seen @ rigid)
-    total = np.hstack([pods - rigid @ (fit @ (seen @ pods)), -rigid @ fit])
-    return total
+    return np.hstack([pod - rigid @ (fit @ (seen @ pod)), -rigid @ fit])
+
+
+def _stacked(pair: tuple[Camera, Camera], points: Array) -> Array:
+    """d pixel / d parameter of both cameras, (4N, 30)."""
+    return np.vstack([_jacobian(camera, points, side) for side, camera in enumerate(pair)])
 
 
 def _rigid(pair: tuple[Camera, Camera]) -> Array:
-    """(30, 6): how both camera poses change (in their own increments) when the room is moved by a small twist."""
+    """(30, 6): how both camera poses change (in their own increments) when the room is moved by a small
+    twist."""
     out = np.zeros((30, 6))
     for side, camera in enumerate(pair):
         rotation, shift = camera.matrix[:3, :3], camera.matrix[:3, 3]
@@ -74,7 +77,8 @@ def _rigid(pair: tuple[Camera, Camera]) -> Array:
 
 
 def _board_spread(pair: tuple[Camera, Camera]) -> Array:
-    """A square root of the covariance of both intrinsics and the right pose, one unit of noise per corner coordinate."""
+    """A square root of the covariance of both intrinsics and the right pose, one unit of noise per corner
+    coordinate."""
     rng = stream(0, pair[0].id, "boards")
     free = 18 + 6
     jacobian = []
@@ -131,7 +135,8 @@ def _inside(camera: Camera, points: Array) -> np.ndarray:
 
 
 def _jacobian(camera: Camera, points: Array, side: int) -> Array:
-    """d pixel / d parameter, (2N, 30), by central differences; `side` 0 is the left camera, 1 the right one."""
+    """d pixel / d parameter, (2N, 30), by central differences; `side` 0 is the left camera, 1 the right
+    one."""
     steps = np.array([1e-2] * 4 + [1e-5] * 5 + [1e-7] * 3 + [1e-3] * 3)
     out = np.zeros((2 * len(points), 30))
     for k, step in enumerate(steps):

@@ -1,9 +1,12 @@
-"""A camera: pinhole plus Brown's distortion (model `brown5`: k1 k2 p1 p2 k3 in OpenCV's order), and its inverse.
+"""A camera: pinhole plus Brown's distortion (model `brown5`: k1 k2 p1 p2 k3 in OpenCV's order), and its
+inverse.
 
     x = X/Z, y = Y/Z, r2 = x^2 + y^2, c = 1 + k1 r2 + k2 r2^2 + k3 r2^3
-    xd = x c + 2 p1 x y + p2 (r2 + 2 x^2),  yd = y c + p1 (r2 + 2 y^2) + 2 p2 x y,  (u, v) = (fx xd + cx, fy yd + cy)
+    xd = x c + 2 p1 x y + p2 (r2 + 2 x^2),  yd = y c + p1 (r2 + 2 y^2) + 2 p2 x y,  (u, v) = (fx xd + cx, fy
+    yd + cy)
 
-Camera frame: x right, y down, z forward; pixel (0, 0) is the centre of the top-left pixel. Theory: docs/theory/twin.md.
+Camera frame: x right, y down, z forward; pixel (0, 0) is the centre of the top-left pixel. Theory:
+docs/theory/twin.md.
 """
 
 from __future__ import annotations
@@ -60,7 +63,8 @@ class Camera:
         return fx * xd + cx, fy * yd + cy
 
     def ray(self, u: Array, v: Array) -> tuple[Array, Array]:
-        """Normalised image point (x, y) of pixels (u, v): the viewing ray is (x, y, 1) in the camera frame."""
+        """Normalised image point (x, y) of pixels (u, v): the viewing ray is (x, y, 1) in the camera
+        frame."""
         fx, fy, cx, cy = self.intrinsics
         return undistort(self.distortion, (u - cx) / fx, (v - cy) / fy)
 
@@ -133,8 +137,9 @@ def ray_table(camera: Camera) -> tuple[Array, Array]:
 def spread(nodes: Array, pitch: int) -> Array:
     """Four-point cubic interpolation of a node grid, `pitch` samples a cell.
 
-    Of R x C nodes the outermost ring is support only: the result has ((R - 3) pitch, (C - 3) pitch) samples and starts on node
-    (1, 1). Sums run in a fixed order, so the result does not depend on a linear-algebra library.
+    Of R x C nodes the outermost ring is support only: the result has ((R - 3) pitch, (C - 3) pitch) samples
+    and starts on node (1, 1). Sums run in a fixed order, so the result does not depend on a linear-algebra
+    library.
     """
     return _spread_rows(np.ascontiguousarray(_spread_rows(nodes.T, pitch).T), pitch)
 

@@ -1,7 +1,8 @@
 """Landmarks of a phantom: the points where the mean curvature of the skin has a local extremum near a seed.
 
-A convex cap (apex and alae of the nose, chin) is a maximum, a concave valley (nasion, the sulci, the inner corners of the eyes) a
-minimum. The curvature is exact (analytic Hessian), so the extremum is found by Newton on the skin to far below a micrometre.
+A convex cap (apex and alae of the nose, chin) is a maximum, a concave valley (nasion, the sulci, the inner
+corners of the eyes) a minimum. The curvature is exact (analytic Hessian), so the extremum is found by
+Newton on the skin to far below a micrometre.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""A triangle mesh of a phantom: rays from its spine (a segment along y, closed by two half spheres of directions),
-each cut with the skin by bisection, then Newton. Vertices lie on the skin to rounding error; triangles do not, so the mesh is
-a first guess and an occluder, never the truth."""
+"""A triangle mesh of a phantom: rays from its spine (a segment along y, closed by two half spheres of
+directions), each cut with the skin by safeguarded Newton. Vertices lie on the skin to rounding error;
+triangles do not, so the mesh is a first guess and an occluder, never the truth."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from .phantom import Phantom
 
 REACH_MM = 500.0
-BISECTIONS = 14
-NEWTON_STEPS = 4
+GUESS_MM = 100.0
+ROUNDS = 60
+DONE_MM = 1e-9
 
 
 @functools.lru_cache(maxsize=8)
@@ -65,16 +66,23 @@ def _belt(phantom: Phantom) -> tuple[Array, Array]:
 
 
 def _reach(phantom: Phantom, origins: Array, directions: Array) -> Array:
-    """Distance from each origin along its direction to the skin, mm."""
+    """Distance from each origin along its direction to the skin, mm: Newton, kept inside a shrinking
+    bracket."""
     o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(directions.T)
     low, high = np.zeros(o.shape[1]), np.full(o.shape[1], REACH_MM)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        inside = phantom.field(*(o + middle * d))[0] < 0.0
-        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    t = 0.5 * (low + high)
-    for _ in range(NEWTON_STEPS):
-        f, *g = phantom.field(*(o + t * d))
-        slope = g[0] * d[0] + g[1] * d[1] + g[2] * d[2]
-        t -= np.clip(f / slope, -1.0, 1.0)
+    t = np.full(o.shape[1], GUESS_MM)
+    active = np.arange(t.size)
+    for _ in range(ROUNDS):
+        now, ray = t[active], d[:, active]
+        f, *g = phantom.field(*(o[:, active] + now * ray))
+        inside = f < 0.0
+        low[active] = np.where(inside, now, low[active])
+        high[active] = np.where(inside, high[active], now)
+        slope = g[0] * ray[0] + g[1] * ray[1] + g[2] * ray[2]
+        tried = now - f / np.where(slope > 1e-3, slope, 1e-3)
+        ok = (tried > low[active]) & (tried < high[active])
+        t[active] = np.where(ok, tried, 0.5 * (low[active] + high[active]))
+        active = active[np.abs(t[active] - now) > DONE_MM]
+        if active.size == 0:
+            break
     return t

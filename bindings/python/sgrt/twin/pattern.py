@@ -1,7 +1,8 @@
 """The speckle projector: a pinhole fixed in the room that throws one random, band-limited pattern.
 
-White noise, low-passed, pushed towards black and white by tanh, low-passed again (the projector's own defocus). Its
-cubic spline is the definition of the pattern between its samples, so every camera sees one and the same continuous function.
+White noise, low-passed, pushed towards black and white by tanh, low-passed again (the projector's own
+defocus). Its cubic spline is the definition of the pattern between its samples, so every camera sees one
+and the same continuous function.
 """
 
 from __future__ import annotations
@@ -15,15 +16,16 @@ from scipy import ndimage
 from .camera import into_frame
 from .checks import Array
 
-NOISE_SIGMA_PX = 1.0
+NOISE_SIGMA_PX = 0.8
 CONTRAST = 2.0
-DEFOCUS_SIGMA_PX = 0.75
+DEFOCUS_SIGMA_PX = 0.6
 DARK, BRIGHT = 0.04, 0.96
 
 
 @dataclass(frozen=True)
 class Projector:
-    """A pinhole projector without distortion: `focal_px` and `image_size` in its own pixels, principal point in the middle."""
+    """A pinhole projector without distortion: `focal_px` and `image_size` in its own pixels, principal
+    point in the middle."""
 
     id: str
     image_size: tuple[int, int]

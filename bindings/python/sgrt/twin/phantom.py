@@ -2,9 +2,10 @@
 
     F(x) = -1/k log sum_i exp(-k F_i(x)) - sum_j A_j exp(-q_j(x)/2),     F_i = s_i/2 (q_i(x) - 1)
 
-with q(x) = (x - c)^T W (x - c): a smooth union of ellipsoids (the trunk, the skull) plus Gaussian bumps and dents
-(breasts, navel, nose, lips). F < 0 inside, the skin is F = 0, the outward normal is grad F / |grad F|. F is infinitely
-differentiable, and value, gradient and Hessian are written out below. Theory: docs/theory/twin.md.
+with q(x) = (x - c)^T W (x - c): a smooth union of ellipsoids (the trunk, the skull) plus Gaussian bumps and
+dents (breasts, navel, nose, lips). F < 0 inside, the skin is F = 0, the outward normal is grad F / |grad
+F|. F is infinitely differentiable, and value, gradient and Hessian are written out below. Theory:
+docs/theory/twin.md.
 """
 
 from __future__ import annotations
@@ -62,11 +63,13 @@ class Blob:
 
 @dataclass(frozen=True)
 class Phantom:
-    """A body in its own frame (mm; x to the patient's left, y to the head, z to the front; origin at the isocentre).
+    """A body in its own frame (mm; x to the patient's left, y to the head, z to the front; origin at the
+    isocentre).
 
-    When the patient is set up perfectly the body frame is the room frame. `spine` is the segment along y (y from, y to, z)
-    from which the body is star-shaped; the mesh is built on it. `marks` are the seeds of the landmarks: name, point near
-    it, and +1 for a convex cap or -1 for a concave valley.
+    When the patient is set up perfectly the body frame is the room frame. `spine` is the segment along y (y
+    from, y to, z) from which the body is star-shaped; the mesh is built on it, `facet_mm` is its pitch for
+    the ray caster. `marks` are the seeds of the landmarks: name, point near it, and +1 for a convex cap or
+    -1 for a concave valley.
     """
 
     name: str
@@ -74,6 +77,7 @@ class Phantom:
     bumps: tuple[Blob, ...]
     sharpness: float
     spine: tuple[float, float, float]
+    facet_mm: float = 3.0
     marks: tuple[tuple[str, tuple[float, float, float], int], ...] = ()
     albedo: float = 0.6
     texture: float = 0.0
@@ -84,18 +88,7 @@ class Phantom:
 
     @functools.cached_property
     def _key(self) -> int:
-        return hash(
-            (
-                self.name,
-                self.parts,
-                self.bumps,
-                self.sharpness,
-                self.spine,
-                self.marks,
-                self.albedo,
-                self.texture,
-            )
-        )
+        return hash(tuple(self.__getstate__().values()))
 
     def __hash__(self) -> int:
         return self._key
@@ -106,7 +99,8 @@ class Phantom:
     def __setstate__(self, state: dict) -> None:
         self.__dict__.update(state)
 
-    # -- the implicit function ---------------------------------------------------------------------------------------
+    # -- the implicit function
+    # ---------------------------------------------------------------------------------------
 
     def field(self, x: Array, y: Array, z: Array) -> tuple[Array, Array, Array, Array]:
         """F and its gradient for float64 coordinates of one shape (N,), body frame, mm."""
@@ -187,7 +181,8 @@ class Phantom:
         return total
 
     def curvature(self, points: ArrayLike) -> tuple[Array, Array]:
-        """Mean (1/mm) and Gaussian (1/mm2) curvature of the skin at points on it, convex positive; shapes (N,)."""
+        """Mean (1/mm) and Gaussian (1/mm2) curvature of the skin at points on it, convex positive; shapes
+        (N,)."""
         p = checks.points("points", points)
         g, h = self.gradient(p), self.hessian(p)
         length2 = np.sum(g * g, axis=1)
@@ -200,17 +195,20 @@ class Phantom:
         return mean, np.einsum("ni,nij,nj->n", g, adjugate, g) / length2**2
 
     def reflectance(self, x: Array, y: Array, z: Array) -> Array | float:
-        """Albedo at body-frame coordinates (N,): constant, or varying slowly (waves of 45 to 130 mm) where textured."""
+        """Albedo at body-frame coordinates (N,): constant, or varying slowly (waves of 45 to 130 mm) where
+        textured."""
         if self.texture == 0.0:
             return self.albedo
         waves = ((0.07, 0.03, 0.02), (-0.03, 0.06, 0.05), (0.10, -0.09, 0.03), (0.02, 0.05, -0.08))
         total = sum(np.cos(a * x + b * y + c * z + n) for n, (a, b, c) in enumerate(waves))
         return self.albedo * (1.0 + 0.25 * self.texture * total)
 
-    # -- what follows from it ----------------------------------------------------------------------------------------
+    # -- what follows from it
+    # ----------------------------------------------------------------------------------------
 
     def mesh(self, resolution_mm: float = 3.0) -> tuple[Array, np.ndarray]:
-        """Triangles whose vertices lie on the skin: (V, 3) float64 mm, body frame, and (T, 3) int32, outward."""
+        """Triangles whose vertices lie on the skin: (V, 3) float64 mm, body frame, and (T, 3) int32,
+        outward."""
         from .mesh import mesh
 
         return mesh(self, checks.number("resolution_mm", resolution_mm, 0.5, 50.0))
@@ -222,13 +220,15 @@ class Phantom:
         return closest_points(self, checks.points("points", points))
 
     def distance(self, points: ArrayLike) -> Array:
-        """Signed distance, mm, of points (N, 3) to the skin, positive outside; shape (N,). NaN in, NaN out."""
+        """Signed distance, mm, of points (N, 3) to the skin, positive outside; shape (N,). NaN in, NaN
+        out."""
         from .closest import signed_distance
 
         return signed_distance(self, checks.points("points", points))
 
     def sample_surface(self, count: int, seed: int) -> tuple[Array, Array]:
-        """Uniform random points of the skin (count, 3), mm, and outward unit normals (count, 3), body frame."""
+        """Uniform random points of the skin (count, 3), mm, and outward unit normals (count, 3), body
+        frame."""
         from .closest import sample_surface
 
         return sample_surface(
@@ -251,6 +251,9 @@ def _outer(v: Array) -> Array:
 
 
 def _far(bump: Blob, box: list[tuple[float, float]]) -> bool:
-    """True where the bump is nil on the whole box, judged by its largest sigma."""
-    gap2 = sum(max(low - c, 0.0, c - high) ** 2 for c, (low, high) in zip(bump.centre, box, strict=True))
-    return gap2 > NEGLIGIBLE_Q * max(bump.axes) ** 2
+    """True where the bump is nil on the whole box."""
+    axes = (max(bump.axes),) * 3 if any(bump.turn_deg) else bump.axes
+    q = 0.0
+    for c, sigma, (low, high) in zip(bump.centre, axes, box, strict=True):
+        q += (max(low - c, 0.0, c - high) / sigma) ** 2
+    return q > NEGLIGIBLE_Q

@@ -1,7 +1,8 @@
 """Displacements of the patient: six numbers a clinic reads, and the pose of the body that they make.
 
-D(x) = R x + t about the isocentre (the room's origin), R = Rz(rtn) Rx(pitch) Ry(roll), right-handed about room X, Y, Z,
-t = (lat, lng, vrt). A body in the reference position has room_from_body = 1, a displaced one room_from_body = D.
+D(x) = R x + t about the isocentre (the room's origin), R = Rz(rtn) Rx(pitch) Ry(roll), right-handed about
+room X, Y, Z, t = (lat, lng, vrt). A body in the reference position has room_from_body = 1, a displaced one
+room_from_body = D.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ def displacement(
     roll_deg: float = 0.0,
     rtn_deg: float = 0.0,
 ) -> Array:
-    """The displacement D about the isocentre as a 4 x 4 matrix, mm: room_from_body of a patient displaced by it."""
+    """The displacement D about the isocentre as a 4 x 4 matrix, mm: room_from_body of a patient displaced
+    by it."""
     given = {"lat_mm": lat_mm, "lng_mm": lng_mm, "vrt_mm": vrt_mm}
     turns = {"pitch_deg": pitch_deg, "roll_deg": roll_deg, "rtn_deg": rtn_deg}
     pitch, roll, rtn = (np.deg2rad(checks.number(name, value)) for name, value in turns.items())
@@ -38,7 +40,8 @@ def displacement(
 def random_displacement(
     seed: int, max_mm: float = 15.0, max_deg: float = 3.0
 ) -> tuple[Array, dict[str, float]]:
-    """Draw a displacement: the shift uniform in the ball of radius `max_mm`, each angle uniform in +-`max_deg`.
+    """Draw a displacement: the shift uniform in the ball of radius `max_mm`, each angle uniform in
+    +-`max_deg`.
 
     Returns
     -------

@@ -1,4 +1,5 @@
-"""First hits: embree on a mesh gives the guess, Newton on the analytic function makes it exact; shadow rays on the mesh.
+"""First hits: embree on a mesh gives the guess, Newton on the analytic function makes it exact; shadow rays
+on the mesh.
 
 Everything here is in the body frame, with coordinates in separate arrays (x, y, z), mm.
 """
@@ -19,17 +20,17 @@ if TYPE_CHECKING:
 
 XYZ = tuple[Array, Array, Array]
 
-MESH_RESOLUTION_MM = 3.0
 MISS = 1e30
 LIFT_MM = 0.5  # shadow rays start this far off the skin: above the mesh's own facets (sagitta h^2 / 8R)
 NEWTON_STEPS = 25
 DONE_MM = 1e-10
+STRAY_MM = 10.0  # a hit that Newton moves further than this was another fold of the skin
 
 
 @functools.lru_cache(maxsize=4)
 def scene(phantom: Phantom) -> rtcore_scene.EmbreeScene:
     """The embree scene of the phantom's mesh, built once a process."""
-    vertices, faces = phantom.mesh(MESH_RESOLUTION_MM)
+    vertices, faces = phantom.mesh(phantom.facet_mm)
     built = rtcore_scene.EmbreeScene()
     TriangleMesh(built, vertices.astype(np.float32), np.array(faces))
     built.run(np.full((1, 3), 1e4, np.float32), np.array([[0, 0, 1]], np.float32))  # commits the scene
@@ -37,12 +38,13 @@ def scene(phantom: Phantom) -> rtcore_scene.EmbreeScene:
 
 
 def first_hit(
-    phantom: Phantom, origin: Array, d: XYZ, steps: int = NEWTON_STEPS
+    phantom: Phantom, origin: Array, d: XYZ, done_mm: float = DONE_MM
 ) -> tuple[Array, np.ndarray, XYZ]:
     """Cast rays origin + t d (unit d) and refine the hits.
 
-    Returns t (N,) (NaN where nothing was hit), the indices (M,) of the hits, and the gradient of F at them (each (M,)).
-    Newton runs until a step is below 1e-10 mm or `steps` are done; a hit that it loses (grazing rays) is no hit.
+    Returns t (N,) (NaN where nothing was hit), the indices (M,) of the hits, and the gradient of F at them
+    (each (M,)). Newton runs until its step is below `done_mm` (it squares the error, so a step of 1e-4 mm
+    leaves less than 1e-8 mm); a ray that does not get there within 25 steps (it grazes the skin) has no hit.
     """
     start = np.empty((d[0].size, 3), np.float32)
     start[:] = origin
@@ -52,27 +54,34 @@ def first_hit(
     if hits.size == 0:
         return t, hits, tuple(np.empty(0) for _ in range(3))  # type: ignore[return-value]
     dx, dy, dz = (axis[hits] for axis in d)
-    guess = found[hits].astype(np.float64)
-    at = guess.copy()
-    gradient = tuple(np.empty(hits.size) for _ in range(3))
-    active = np.arange(hits.size)
-    for _ in range(steps):
-        a = at[active]
-        ex, ey, ez = dx[active], dy[active], dz[active]
-        f, gx, gy, gz = phantom.field(origin[0] + a * ex, origin[1] + a * ey, origin[2] + a * ez)
-        step = np.clip(f / np.minimum(gx * ex + gy * ey + gz * ez, -1e-12), -2.0, 2.0)
-        at[active] = a - step
-        for whole, piece in zip(gradient, (gx, gy, gz), strict=True):
-            whole[active] = piece
-        active = active[np.abs(step) > DONE_MM]
+    at = found[hits].astype(np.float64)
+    guess = at.copy()
+    step, *gradient = _newton(phantom, origin, at, dx, dy, dz)
+    at -= step
+    active = np.flatnonzero(np.abs(step) > done_mm)
+    for _ in range(NEWTON_STEPS):
         if active.size == 0:
             break
-    good = np.abs(at - guess) < 10.0
-    if steps == NEWTON_STEPS:
-        good[active] = False
+        step, *piece = _newton(phantom, origin, at[active], dx[active], dy[active], dz[active])
+        at[active] -= step
+        for whole, part in zip(gradient, piece, strict=True):
+            whole[active] = part
+        active = active[np.abs(step) > done_mm]
+    good = np.abs(at - guess) < STRAY_MM
+    good[active] = False
     hits = hits[good]
     t[hits] = at[good]
     return t, hits, tuple(g[good] for g in gradient)  # type: ignore[return-value]
+
+
+def _newton(
+    phantom: Phantom, origin: Array, t: Array, dx: Array, dy: Array, dz: Array
+) -> tuple[Array, Array, Array, Array]:
+    """The Newton step at t along each ray, mm, and the gradient there. A ray must enter: its slope is
+    negative."""
+    f, gx, gy, gz = phantom.field(origin[0] + t * dx, origin[1] + t * dy, origin[2] + t * dz)
+    slope = np.minimum(gx * dx + gy * dy + gz * dz, -1e-12)
+    return np.clip(f / slope, -2.0, 2.0), gx, gy, gz  # type: ignore[return-value]
 
 
 def sees(phantom: Phantom, points: XYZ, normals: XYZ, target: Array) -> np.ndarray:

@@ -1,10 +1,13 @@
-"""One camera's expected image: which skin point each pixel sees, how much projector and ambient light it returns.
+"""One camera's expected image: which skin point each pixel sees, how much projector and ambient light it
+returns.
 
-    e = g E [ V max(0, cos t) (r0 / r)^2 a P(projector(X)) + L a (0.6 + 0.4 n_z) ],   then the lens' Gaussian blur
+    e = g E [ V max(0, cos t) (r0 / r)^2 a P(projector(X)) + L a (0.6 + 0.4 n_z) ],   then the lens'
+    Gaussian blur
 
-Exact geometry (ray, Newton, shadow ray) is computed for every fourth pixel of every fourth row; between them 1/Z and the two light
-terms are interpolated by cubics wherever the fourth differences say that the depth is good to 2 um, and every other pixel
-(silhouettes, edges of shadows, folds) gets its own ray. Theory: docs/theory/twin.md.
+Exact geometry (ray, Newton, shadow ray) is computed for every fourth pixel of every fourth row; between
+them 1/Z and the two light terms are interpolated by cubics wherever the fourth differences say that the
+depth is good to 5 um, and every other pixel (silhouettes, edges of shadows, folds) gets its own ray.
+Theory: docs/theory/twin.md.
 """
 
 from __future__ import annotations
@@ -23,8 +26,8 @@ from .raycast import XYZ, first_hit, sees
 from .sensor import Sensor
 
 PITCH = 4
-DEPTH_TOLERANCE_MM = 2e-3
-RENDER_NEWTON_STEPS = 3
+DEPTH_TOLERANCE_MM = 5e-3  # moves a speckle by less than 4e-4 px
+RENDER_DONE_MM = 1e-4
 MARGIN_PX = 6
 AMBIENT = 0.05  # of the projector's brightest light at the reference distance
 BACKGROUND = 0.006  # share of the full well that an empty pixel collects
@@ -58,7 +61,8 @@ def expected_electrons(view: View, phantom: Phantom, room_from_body: Array) -> n
 def bounding_region(
     camera: Camera, phantom: Phantom, room_from_body: Array
 ) -> tuple[int, int, int, int] | None:
-    """Rows [top, bottom) and columns [left, right) that hold the body's image, or None where it is out of view."""
+    """Rows [top, bottom) and columns [left, right) that hold the body's image, or None where it is out of
+    view."""
     width, height = camera.image_size
     vertices = phantom.mesh(12.0)[0]
     in_camera = into_frame(tuple((camera.matrix @ room_from_body).ravel()), *vertices.T)
@@ -78,14 +82,14 @@ def bounding_region(
     return (top, bottom, left, right) if left < right and top < bottom else None
 
 
-def cast(camera: Camera, phantom: Phantom, room_from_body: Array, x: Array, y: Array, steps: int) -> Cast:
+def cast(camera: Camera, phantom: Phantom, room_from_body: Array, x: Array, y: Array, done_mm: float) -> Cast:
     """Cast the viewing rays of normalised image points (x, y), each (N,)."""
     length = np.sqrt(x * x + y * y + 1.0)
     body_from_room = _flat_inverse(room_from_body)
     d = turned_back(camera.camera_from_room, x / length, y / length, 1.0 / length)
     d = turned_back(_flat(room_from_body), *d)
     origin = np.array(into_frame(body_from_room, *camera.centre))
-    t, hits, gradient = first_hit(phantom, origin, d, steps)
+    t, hits, gradient = first_hit(phantom, origin, d, done_mm)
     norm = np.sqrt(gradient[0] ** 2 + gradient[1] ** 2 + gradient[2] ** 2)
     at = t[hits]
     points = tuple(origin[i] + at * d[i][hits] for i in range(3))
@@ -94,7 +98,8 @@ def cast(camera: Camera, phantom: Phantom, room_from_body: Array, x: Array, y: A
 
 @dataclass(frozen=True)
 class Cast:
-    """Hits of a cast: ray indices (M,), 1 / depth along the camera's z (M,), skin points and normals in the body frame."""
+    """Hits of a cast: ray indices (M,), 1 / depth along the camera's z (M,), skin points and normals in the
+    body frame."""
 
     hits: np.ndarray
     inverse_depth: Array
@@ -104,7 +109,8 @@ class Cast:
 
 @dataclass(frozen=True)
 class Light:
-    """At M skin points: direct light (signed, relative to r0 and albedo 1), ambient light, and whether the projector sees them."""
+    """At M skin points: direct light (signed, relative to r0 and albedo 1), ambient light, and whether the
+    projector sees them."""
 
     direct: Array
     ambient: Array
@@ -112,7 +118,8 @@ class Light:
 
 
 def shade(view: View, phantom: Phantom, room_from_body: Array, hit: Cast) -> Light:
-    """Lambert's law for the pod's projector, the inverse square of its distance, shadow rays, and a soft sky."""
+    """Lambert's law for the pod's projector, the inverse square of its distance, shadow rays, and a soft
+    sky."""
     source = np.array(into_frame(_flat_inverse(room_from_body), *view.projector.centre))
     (px, py, pz), (nx, ny, nz) = hit.points, hit.normals
     dx, dy, dz = source[0] - px, source[1] - py, source[2] - pz
@@ -143,7 +150,7 @@ def _render_region(
     near = _to_pixels(_may_hold_body(coarse.hit), rows, columns)
     odd = np.nonzero(near & ~smooth)
     if odd[0].size:
-        hit = cast(view.camera, phantom, room_from_body, ray_x[odd], ray_y[odd], RENDER_NEWTON_STEPS)
+        hit = cast(view.camera, phantom, room_from_body, ray_x[odd], ray_y[odd], RENDER_DONE_MM)
         light = shade(view, phantom, room_from_body, hit)
         index = odd[0][hit.hits], odd[1][hit.hits]
         body[index], lit[index] = True, light.lit
@@ -167,7 +174,8 @@ def _render_region(
 
 @dataclass(frozen=True)
 class _Nodes:
-    """The coarse grid: two more nodes than the region's on every side. 1/Z float64, the rest float32 or bool."""
+    """The coarse grid: two more nodes than the region's on every side. 1/Z float64, the rest float32 or
+    bool."""
 
     hit: np.ndarray
     w: Array
@@ -182,7 +190,7 @@ def _coarse(view: View, phantom: Phantom, room_from_body: Array, region: tuple) 
     v = top + PITCH * np.arange(-1.0, -(-(bottom - top) // PITCH) + 2)
     shape = v.size, u.size
     x, y = view.camera.ray(*(grid.ravel() for grid in np.meshgrid(u, v)))
-    hit = cast(view.camera, phantom, room_from_body, x, y, RENDER_NEWTON_STEPS)
+    hit = cast(view.camera, phantom, room_from_body, x, y, RENDER_DONE_MM)
     light = shade(view, phantom, room_from_body, hit)
 
     def grid(values: np.ndarray, dtype: type) -> np.ndarray:
@@ -200,14 +208,15 @@ def _coarse(view: View, phantom: Phantom, room_from_body: Array, region: tuple) 
 
 
 def _smooth_cells(nodes: _Nodes) -> np.ndarray:
-    """Cells whose 16 support nodes are all on skin, all lit or all dark, and whose depth is smooth; (rows - 3, columns - 3)."""
+    """Cells whose 16 support nodes are all on skin, all lit or all dark, and whose depth is smooth; (rows -
+    3, columns - 3)."""
     w = np.where(nodes.hit, nodes.w, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
-        # A cubic is wrong by 3/128 of the fourth difference, which is at most twice the largest third difference around.
-        third_r = _windows(np.abs(np.diff(w, n=3, axis=0)), 1, 4, np.maximum)
-        third_c = _windows(np.abs(np.diff(w, n=3, axis=1)), 4, 1, np.maximum)
-        third = np.pad(np.fmax(third_r, third_c), 1, constant_values=np.nan)
-        tight = _windows(third, 3, 3, np.fmax) * (6.0 / 128.0) < DEPTH_TOLERANCE_MM * w[1:-2, 1:-2] ** 2
+        # A cubic is wrong by at most 3/128 of the fourth difference, in each direction.
+        fourth = np.full(w.shape, np.nan)
+        fourth[2:-2] = np.abs(np.diff(w, n=4, axis=0))
+        fourth[:, 2:-2] = np.fmax(fourth[:, 2:-2], np.abs(np.diff(w, n=4, axis=1)))
+        tight = _windows(fourth, 4, 4, np.fmax) * (6.0 / 128.0) < DEPTH_TOLERANCE_MM * w[1:-2, 1:-2] ** 2
     some_lit = _windows(nodes.lit, 4, 4, np.logical_or)
     all_lit = _windows(nodes.lit, 4, 4, np.logical_and)
     return tight & _windows(nodes.hit, 4, 4, np.logical_and) & (some_lit == all_lit)

@@ -2,8 +2,9 @@
 
     counts = round(k (min(e, full well) + n) + offset),  n ~ N(0, e + read^2),  k = (2^bits - 1) / full well
 
-Shot noise is drawn as a Gaussian of the Poisson's variance e. From about 100 electrons on (the ambient light alone gives that) the
-two cannot be told apart beside 12 electrons of read noise, and it costs a quarter of the time.
+Shot noise is drawn as a Gaussian of the Poisson's variance e. From about 100 electrons on (the ambient
+light alone gives that) the two cannot be told apart beside 12 electrons of read noise, and it costs a
+quarter of the time.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from . import checks
 class Sensor:
     """What all cameras of a room share.
 
-    full_well_e, read_noise_e : electrons. bits : 8 to 16. blur_px : sigma of the lens' defocus. exposure : share of the full well
-    that the brightest speckle reaches on skin of albedo 0.6 that faces the projector, on top of a patient at the isocentre.
+    full_well_e, read_noise_e : electrons. bits : 8 to 16. blur_px : sigma of the lens' defocus. exposure :
+    share of the full well that the brightest speckle reaches on skin of albedo 0.6 that faces the
+    projector, on top of a patient at the isocentre.
     """
 
     full_well_e: float = 12000.0
@@ -55,7 +57,8 @@ class Sensor:
 
 
 def stream(seed: int, name: str, purpose: str) -> np.random.Generator:
-    """A PCG64 generator of its own for one seed, camera name and purpose: more cameras do not change the others."""
+    """A PCG64 generator of its own for one seed, camera name and purpose: more cameras do not change the
+    others."""
     return np.random.Generator(
         np.random.PCG64(np.random.SeedSequence([seed, *name.encode(), 0, *purpose.encode()]))
     )

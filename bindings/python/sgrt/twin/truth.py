@@ -1,4 +1,5 @@
-"""Exact ground truth of a capture: every pixel's own ray, cut with the analytic skin by Newton to rounding error."""
+"""Exact ground truth of a capture: every pixel's own ray, cut with the analytic skin by Newton to rounding
+error."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from .camera import Camera, into_frame, ray_table
 from .checks import Array
 from .pattern import Projector
 from .phantom import Phantom
-from .raycast import NEWTON_STEPS, sees
+from .raycast import DONE_MM, sees
 from .render import Cast, bounding_region, cast
 
 
@@ -61,7 +62,7 @@ def _hits(camera: Camera, phantom: Phantom, room_from_body: Array) -> tuple[np.n
     width, height = camera.image_size
     top, bottom, left, right = bounding_region(camera, phantom, room_from_body) or (0, 1, 0, 1)
     x, y = (np.ascontiguousarray(table[top:bottom, left:right]).ravel() for table in ray_table(camera))
-    hit = cast(camera, phantom, room_from_body, x, y, NEWTON_STEPS)
+    hit = cast(camera, phantom, room_from_body, x, y, DONE_MM)
     row, column = np.divmod(hit.hits, right - left)
     return (row + top) * width + column + left, hit
 
