@@ -56,6 +56,5 @@ def sample_surface(phantom: Phantom, count: int, seed: int) -> tuple[Array, np.n
 
 
 def distance(phantom: Phantom, points_in_body: ArrayLike) -> Array:
-    """`Phantom.distance` as a function: signed distance, mm, of body-frame points (N, 3), positive
-    outside."""
+    """`Phantom.distance` as a function: signed distance, mm, of body-frame points (N, 3)."""
     return phantom.distance(points_in_body)

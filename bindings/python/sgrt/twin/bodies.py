@@ -17,8 +17,7 @@ def torso(scale: float = 1.0, breath_mm: float = 0.0, albedo: float = 0.6, textu
     Parameters
     ----------
     scale : size factor, 0.5 to 2.
-    breath_mm : lift of the chest and belly by breathing, -10 to 30 mm at the belly's top (a non-rigid
-    change of shape).
+    breath_mm : how far breathing lifts the belly, -10 to 30 mm nominal; the chest lifts less (not rigid).
     albedo : share of the light that the skin returns, 0 to 1.
     texture : relative variation of the albedo over the skin, 0 to 0.5; it moves with the body.
     """
@@ -40,8 +39,8 @@ def torso(scale: float = 1.0, breath_mm: float = 0.0, albedo: float = 0.6, textu
         Blob(9, (94, -52, 58), (40, 30, 30), (0, 0, 24)),  # flare of the ribs
         Blob(8, (-95, -46, 58), (40, 30, 30), (0, 0, -26)),
         Blob(-8, (0, -62, 80), (26, 34, 24)),  # pit of the stomach
-        Blob(10 + 0.9 * breath, (3, -165, 70), (85, 75, 44)),  # belly
-        Blob(0.45 * breath, (0, 70, 75), (120, 120, 50)),  # chest, with the breath
+        Blob(10 + 1.2 * breath, (3, -165, 70), (85, 75, 44)),  # belly
+        Blob(0.6 * breath, (0, 70, 75), (120, 120, 50)),  # chest, with the breath
         Blob(-10, (4, -172, 88), (9, 7, 26)),  # navel
         Blob(6, (66, 206, 50), (46, 8, 22), (0, 0, 14)),  # collar bones
         Blob(6, (-68, 203, 48), (46, 8, 22), (0, 0, -12)),
@@ -52,8 +51,7 @@ def torso(scale: float = 1.0, breath_mm: float = 0.0, albedo: float = 0.6, textu
 
 
 def head(scale: float = 1.0, albedo: float = 0.6, texture: float = 0.0) -> Phantom:
-    """A head with a neck, isocentre in the brain, the tip of the nose about 113 mm above it, vertex towards
-    +y.
+    """A head with a neck, isocentre in the brain, the tip of the nose 113 mm above it, vertex to +y.
 
     Landmarks (`Phantom.landmarks`): nose_apex, ala_left, ala_right, nasion, nasolabial_left,
     nasolabial_right, nasofacial_left, nasofacial_right, chin, eye_inner_left, eye_inner_right; left and
@@ -97,7 +95,7 @@ def head(scale: float = 1.0, albedo: float = 0.6, texture: float = 0.0) -> Phant
         ("nose_apex", (0.0, -22.0, 118.0), 1),
         ("ala_left", (16.0, -27.0, 106.0), 1),
         ("ala_right", (-16.0, -27.0, 106.0), 1),
-        ("nasion", (0.0, 20.0, 96.0), -1),
+        ("nasion", (0.0, 22.0, 90.0), -1),
         ("nasolabial_left", (20.0, -36.0, 92.0), -1),
         ("nasolabial_right", (-20.0, -36.0, 92.0), -1),
         ("nasofacial_left", (17.0, -12.0, 94.0), -1),

@@ -39,7 +39,7 @@ def perturbed_pod(left: Camera, right: Camera, seed: int, sigma_px: float) -> tu
     root = _root((left, right))
     expected_px = np.sqrt(np.mean(np.sum((_stacked((left, right), VOLUME_POINTS) @ root) ** 2, axis=1)))
     noise = stream(seed, left.id, "calibration").standard_normal(root.shape[1])
-    error = root @ noise * (sigma_px / expected_px)
+    error = np.round(root @ noise * (sigma_px / expected_px), 10)  # drops what depends on LAPACK's threads
     return _moved(left, error[:9], error[18:24]), _moved(right, error[9:18], error[24:30])
 
 
@@ -64,8 +64,7 @@ def _stacked(pair: tuple[Camera, Camera], points: Array) -> Array:
 
 
 def _rigid(pair: tuple[Camera, Camera]) -> Array:
-    """(30, 6): how both camera poses change (in their own increments) when the room is moved by a small
-    twist."""
+    """(30, 6): how both camera poses change, in their own increments, with a small twist of the room."""
     out = np.zeros((30, 6))
     for side, camera in enumerate(pair):
         rotation, shift = camera.matrix[:3, :3], camera.matrix[:3, 3]
@@ -77,8 +76,7 @@ def _rigid(pair: tuple[Camera, Camera]) -> Array:
 
 
 def _board_spread(pair: tuple[Camera, Camera]) -> Array:
-    """A square root of the covariance of both intrinsics and the right pose, one unit of noise per corner
-    coordinate."""
+    """(24, n): a root of the covariance of both intrinsics and the right pose, for corner noise of 1 px."""
     rng = stream(0, pair[0].id, "boards")
     free = 18 + 6
     jacobian = []
@@ -135,8 +133,7 @@ def _inside(camera: Camera, points: Array) -> np.ndarray:
 
 
 def _jacobian(camera: Camera, points: Array, side: int) -> Array:
-    """d pixel / d parameter, (2N, 30), by central differences; `side` 0 is the left camera, 1 the right
-    one."""
+    """d pixel / d parameter, (2N, 30), by central differences; `side` 0 is left, 1 right."""
     steps = np.array([1e-2] * 4 + [1e-5] * 5 + [1e-7] * 3 + [1e-3] * 3)
     out = np.zeros((2 * len(points), 30))
     for k, step in enumerate(steps):

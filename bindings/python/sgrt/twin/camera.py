@@ -1,12 +1,11 @@
-"""A camera: pinhole plus Brown's distortion (model `brown5`: k1 k2 p1 p2 k3 in OpenCV's order), and its
-inverse.
+"""A camera: pinhole plus Brown's distortion (`brown5`: k1 k2 p1 p2 k3 in OpenCV's order), and its inverse.
 
     x = X/Z, y = Y/Z, r2 = x^2 + y^2, c = 1 + k1 r2 + k2 r2^2 + k3 r2^3
-    xd = x c + 2 p1 x y + p2 (r2 + 2 x^2),  yd = y c + p1 (r2 + 2 y^2) + 2 p2 x y,  (u, v) = (fx xd + cx, fy
-    yd + cy)
+    xd = x c + 2 p1 x y + p2 (r2 + 2 x^2),  yd = y c + p1 (r2 + 2 y^2) + 2 p2 x y
+    (u, v) = (fx xd + cx, fy yd + cy)
 
-Camera frame: x right, y down, z forward; pixel (0, 0) is the centre of the top-left pixel. Theory:
-docs/theory/twin.md.
+Camera frame: x right, y down, z forward; pixel (0, 0) is the centre of the top-left pixel.
+Theory: docs/theory/twin.md.
 """
 
 from __future__ import annotations
@@ -63,8 +62,7 @@ class Camera:
         return fx * xd + cx, fy * yd + cy
 
     def ray(self, u: Array, v: Array) -> tuple[Array, Array]:
-        """Normalised image point (x, y) of pixels (u, v): the viewing ray is (x, y, 1) in the camera
-        frame."""
+        """Normalised image point (x, y) of pixels (u, v): the ray is (x, y, 1) in the camera frame."""
         fx, fy, cx, cy = self.intrinsics
         return undistort(self.distortion, (u - cx) / fx, (v - cy) / fy)
 

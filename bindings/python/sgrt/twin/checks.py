@@ -1,5 +1,4 @@
-"""Argument checks of the twin: every refusal is a ValueError that names the argument and what was
-expected."""
+"""Argument checks: every refusal is a ValueError that names the argument and what was expected."""
 
 from __future__ import annotations
 

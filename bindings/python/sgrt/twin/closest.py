@@ -1,5 +1,4 @@
-"""Nearest point of the skin, signed distance and uniform samples: how a reconstruction is compared with the
-truth.
+"""Nearest point of the skin, signed distance and uniform samples: the truth for a reconstruction.
 
 The foot of p is the fixed point of: cut p's perpendicular with the tangent plane at the present guess, pull
 the result back onto the skin along the gradient. It converges linearly with the ratio distance x curvature;

@@ -18,8 +18,8 @@ from .closest import onto_skin
 if TYPE_CHECKING:
     from .phantom import Phantom
 
-SEARCH_MM = 6.0
-STEP_MM = 0.1
+SEARCH_FACETS = 4.0  # how far from its seed a landmark may lie, in facets of the phantom
+STEP_FACETS = 0.055  # of the finite differences
 
 
 @functools.lru_cache(maxsize=8)
@@ -34,17 +34,15 @@ def landmarks(phantom: Phantom) -> tuple[tuple[str, tuple[float, float, float]],
 
 def _extremum(phantom: Phantom, start: Array, sign: float) -> Array:
     """Climb sign * mean curvature from `start`: hill climbing on shrinking rings, then Newton."""
-    x, radius = start, 1.0
+    facet, x, radius = phantom.facet_mm, start, 0.5 * phantom.facet_mm
     turn = np.arange(12) * (2 * np.pi / 12)
-    while radius > 0.05:
+    while radius > 0.03 * facet:
         ring = _around(phantom, x, radius * np.cos(turn), radius * np.sin(turn))
         candidates = np.vstack([x[None], ring])
         best = int(np.argmax(sign * phantom.curvature(candidates)[0]))
         x, radius = candidates[best], radius if best else 0.5 * radius
-        if np.sum((x - start) ** 2) > SEARCH_MM**2:
-            raise ValueError(
-                f"phantom {phantom.name}: no curvature extremum within {SEARCH_MM:g} mm of {start}"
-            )
+        if np.sum((x - start) ** 2) > (SEARCH_FACETS * facet) ** 2:
+            raise ValueError(f"phantom {phantom.name} has no curvature extremum near {start}")
     for _ in range(20):
         step = _newton_step(phantom, x)
         x = _around(phantom, x, step[:1], step[1:])[0]
@@ -64,14 +62,15 @@ def _around(phantom: Phantom, x: Array, u: Array, v: Array) -> Array:
 
 def _newton_step(phantom: Phantom, x: Array) -> Array:
     """The Newton step to a stationary point of the mean curvature, from fourth-order central differences."""
-    k = np.array([-2.0, -1.0, 1.0, 2.0]) * STEP_MM
+    h = STEP_FACETS * phantom.facet_mm
+    k = np.array([-2.0, -1.0, 1.0, 2.0]) * h
     u = np.concatenate([k, 0 * k, [0.0], k, -k])
     v = np.concatenate([0 * k, k, [0.0], k, k])
-    h = phantom.curvature(_around(phantom, x, u, v))[0]
-    first = np.array([1.0, -8.0, 8.0, -1.0]) / (12 * STEP_MM)
-    second = np.array([-1.0, 16.0, 16.0, -1.0]) / (12 * STEP_MM**2)
-    centre = 30.0 / (12 * STEP_MM**2) * h[8]
-    gradient = np.array([first @ h[0:4], first @ h[4:8]])
-    uu, vv = second @ h[0:4] - centre, second @ h[4:8] - centre
-    uv = (second @ h[9:13] - second @ h[13:17]) / 4
-    return np.clip(-np.linalg.solve(np.array([[uu, uv], [uv, vv]]), gradient), -0.5, 0.5)
+    mean = phantom.curvature(_around(phantom, x, u, v))[0]
+    first = np.array([1.0, -8.0, 8.0, -1.0]) / (12 * h)
+    second = np.array([-1.0, 16.0, 16.0, -1.0]) / (12 * h * h)
+    centre = 30.0 / (12 * h * h) * mean[8]
+    gradient = np.array([first @ mean[0:4], first @ mean[4:8]])
+    uu, vv = second @ mean[0:4] - centre, second @ mean[4:8] - centre
+    uv = (second @ mean[9:13] - second @ mean[13:17]) / 4
+    return np.clip(-np.linalg.solve(np.array([[uu, uv], [uv, vv]]), gradient), -5 * h, 5 * h)

@@ -66,8 +66,7 @@ def _belt(phantom: Phantom) -> tuple[Array, Array]:
 
 
 def _reach(phantom: Phantom, origins: Array, directions: Array) -> Array:
-    """Distance from each origin along its direction to the skin, mm: Newton, kept inside a shrinking
-    bracket."""
+    """Distance from each origin along its direction to the skin, mm: Newton inside a shrinking bracket."""
     o, d = np.ascontiguousarray(origins.T), np.ascontiguousarray(directions.T)
     low, high = np.zeros(o.shape[1]), np.full(o.shape[1], REACH_MM)
     t = np.full(o.shape[1], GUESS_MM)

@@ -24,8 +24,7 @@ DARK, BRIGHT = 0.04, 0.96
 
 @dataclass(frozen=True)
 class Projector:
-    """A pinhole projector without distortion: `focal_px` and `image_size` in its own pixels, principal
-    point in the middle."""
+    """A pinhole projector without distortion, its principal point in the middle of its `image_size` px."""
 
     id: str
     image_size: tuple[int, int]

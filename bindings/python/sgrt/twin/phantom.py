@@ -3,9 +3,9 @@
     F(x) = -1/k log sum_i exp(-k F_i(x)) - sum_j A_j exp(-q_j(x)/2),     F_i = s_i/2 (q_i(x) - 1)
 
 with q(x) = (x - c)^T W (x - c): a smooth union of ellipsoids (the trunk, the skull) plus Gaussian bumps and
-dents (breasts, navel, nose, lips). F < 0 inside, the skin is F = 0, the outward normal is grad F / |grad
-F|. F is infinitely differentiable, and value, gradient and Hessian are written out below. Theory:
-docs/theory/twin.md.
+dents (breasts, navel, nose, lips). F < 0 inside, the skin is F = 0, the outward normal is grad F / |grad F|.
+F is infinitely differentiable; value, gradient and Hessian are written out below.
+Theory: docs/theory/twin.md.
 """
 
 from __future__ import annotations
@@ -99,9 +99,6 @@ class Phantom:
     def __setstate__(self, state: dict) -> None:
         self.__dict__.update(state)
 
-    # -- the implicit function
-    # ---------------------------------------------------------------------------------------
-
     def field(self, x: Array, y: Array, z: Array) -> tuple[Array, Array, Array, Array]:
         """F and its gradient for float64 coordinates of one shape (N,), body frame, mm."""
         out = tuple(np.empty(x.shape) for _ in range(4))
@@ -181,8 +178,7 @@ class Phantom:
         return total
 
     def curvature(self, points: ArrayLike) -> tuple[Array, Array]:
-        """Mean (1/mm) and Gaussian (1/mm2) curvature of the skin at points on it, convex positive; shapes
-        (N,)."""
+        """Mean (1/mm) and Gaussian (1/mm2) curvature at points (N, 3) of the skin, convex positive; (N,)."""
         p = checks.points("points", points)
         g, h = self.gradient(p), self.hessian(p)
         length2 = np.sum(g * g, axis=1)
@@ -195,20 +191,15 @@ class Phantom:
         return mean, np.einsum("ni,nij,nj->n", g, adjugate, g) / length2**2
 
     def reflectance(self, x: Array, y: Array, z: Array) -> Array | float:
-        """Albedo at body-frame coordinates (N,): constant, or varying slowly (waves of 45 to 130 mm) where
-        textured."""
+        """Albedo at body-frame coordinates (N,): constant, or in waves of 45 to 100 mm where textured."""
         if self.texture == 0.0:
             return self.albedo
         waves = ((0.07, 0.03, 0.02), (-0.03, 0.06, 0.05), (0.10, -0.09, 0.03), (0.02, 0.05, -0.08))
         total = sum(np.cos(a * x + b * y + c * z + n) for n, (a, b, c) in enumerate(waves))
         return self.albedo * (1.0 + 0.25 * self.texture * total)
 
-    # -- what follows from it
-    # ----------------------------------------------------------------------------------------
-
     def mesh(self, resolution_mm: float = 3.0) -> tuple[Array, np.ndarray]:
-        """Triangles whose vertices lie on the skin: (V, 3) float64 mm, body frame, and (T, 3) int32,
-        outward."""
+        """Triangles with vertices on the skin: (V, 3) float64 mm, body frame, and (T, 3) int32, outward."""
         from .mesh import mesh
 
         return mesh(self, checks.number("resolution_mm", resolution_mm, 0.5, 50.0))
@@ -220,15 +211,13 @@ class Phantom:
         return closest_points(self, checks.points("points", points))
 
     def distance(self, points: ArrayLike) -> Array:
-        """Signed distance, mm, of points (N, 3) to the skin, positive outside; shape (N,). NaN in, NaN
-        out."""
+        """Signed distance, mm, of points (N, 3) to the skin, positive outside; (N,). NaN in, NaN out."""
         from .closest import signed_distance
 
         return signed_distance(self, checks.points("points", points))
 
     def sample_surface(self, count: int, seed: int) -> tuple[Array, Array]:
-        """Uniform random points of the skin (count, 3), mm, and outward unit normals (count, 3), body
-        frame."""
+        """Uniform random points of the skin and outward unit normals, both (count, 3), mm, body frame."""
         from .closest import sample_surface
 
         return sample_surface(

@@ -21,8 +21,7 @@ def displacement(
     roll_deg: float = 0.0,
     rtn_deg: float = 0.0,
 ) -> Array:
-    """The displacement D about the isocentre as a 4 x 4 matrix, mm: room_from_body of a patient displaced
-    by it."""
+    """The displacement D about the isocentre, (4, 4), mm: room_from_body of a patient displaced by it."""
     given = {"lat_mm": lat_mm, "lng_mm": lng_mm, "vrt_mm": vrt_mm}
     turns = {"pitch_deg": pitch_deg, "roll_deg": roll_deg, "rtn_deg": rtn_deg}
     pitch, roll, rtn = (np.deg2rad(checks.number(name, value)) for name, value in turns.items())

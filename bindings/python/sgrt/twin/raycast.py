@@ -1,5 +1,4 @@
-"""First hits: embree on a mesh gives the guess, Newton on the analytic function makes it exact; shadow rays
-on the mesh.
+"""First hits and shadows: embree on a mesh gives the guess, Newton on the analytic function the exact hit.
 
 Everything here is in the body frame, with coordinates in separate arrays (x, y, z), mm.
 """
@@ -77,8 +76,7 @@ def first_hit(
 def _newton(
     phantom: Phantom, origin: Array, t: Array, dx: Array, dy: Array, dz: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """The Newton step at t along each ray, mm, and the gradient there. A ray must enter: its slope is
-    negative."""
+    """The Newton step at t along each ray, mm, and the gradient there; F must fall along the ray."""
     f, gx, gy, gz = phantom.field(origin[0] + t * dx, origin[1] + t * dy, origin[2] + t * dz)
     slope = np.minimum(gx * dx + gy * dy + gz * dz, -1e-12)
     return np.clip(f / slope, -2.0, 2.0), gx, gy, gz  # type: ignore[return-value]

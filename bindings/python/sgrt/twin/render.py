@@ -1,8 +1,6 @@
-"""One camera's expected image: which skin point each pixel sees, how much projector and ambient light it
-returns.
+"""One camera's expected image: which skin point each pixel sees and how much light it returns.
 
-    e = g E [ V max(0, cos t) (r0 / r)^2 a P(projector(X)) + L a (0.6 + 0.4 n_z) ],   then the lens'
-    Gaussian blur
+    e = g E [ V max(0, cos t) (r0 / r)^2 a P(projector(X)) + L a (0.6 + 0.4 n_z) ],  then the lens' blur
 
 Exact geometry (ray, Newton, shadow ray) is computed for every fourth pixel of every fourth row; between
 them 1/Z and the two light terms are interpolated by cubics wherever the fourth differences say that the
@@ -29,6 +27,7 @@ PITCH = 4
 DEPTH_TOLERANCE_MM = 5e-3  # moves a speckle by less than 4e-4 px
 RENDER_DONE_MM = 1e-4
 MARGIN_PX = 6
+WIDEST = 0.6  # tangent of the field angle, far outside the image, up to which the lens formula is used
 AMBIENT = 0.05  # of the projector's brightest light at the reference distance
 BACKGROUND = 0.006  # share of the full well that an empty pixel collects
 REFERENCE_ALBEDO = 0.6
@@ -61,8 +60,7 @@ def expected_electrons(view: View, phantom: Phantom, room_from_body: Array) -> n
 def bounding_region(
     camera: Camera, phantom: Phantom, room_from_body: Array
 ) -> tuple[int, int, int, int] | None:
-    """Rows [top, bottom) and columns [left, right) that hold the body's image, or None where it is out of
-    view."""
+    """Rows [top, bottom) and columns [left, right) that hold the body's image; None if out of view."""
     width, height = camera.image_size
     vertices = phantom.mesh(12.0)[0]
     in_camera = into_frame(tuple((camera.matrix @ room_from_body).ravel()), *vertices.T)
@@ -71,11 +69,9 @@ def bounding_region(
     if np.any(in_camera[2] < 10.0):
         return 0, height, 0, width
     x, y = in_camera[0] / in_camera[2], in_camera[1] / in_camera[2]
-    if (
-        max(np.min(np.abs(x)), np.min(np.abs(y))) > 0.6
-    ):  # far outside, where the distortion formula is not valid
+    if max(np.min(np.abs(x)), np.min(np.abs(y))) > WIDEST:
         return None
-    u, v = camera.pixel(np.clip(x, -0.6, 0.6), np.clip(y, -0.6, 0.6))
+    u, v = camera.pixel(np.clip(x, -WIDEST, WIDEST), np.clip(y, -WIDEST, WIDEST))
     slack = MARGIN_PX + 3.0 * camera.intrinsics[0] / np.min(in_camera[2])  # the coarse mesh cuts corners
     left, right = max(0, int(np.min(u) - slack)), min(width, int(np.max(u) + slack) + 1)
     top, bottom = max(0, int(np.min(v) - slack)), min(height, int(np.max(v) + slack) + 1)
@@ -98,8 +94,7 @@ def cast(camera: Camera, phantom: Phantom, room_from_body: Array, x: Array, y: A
 
 @dataclass(frozen=True)
 class Cast:
-    """Hits of a cast: ray indices (M,), 1 / depth along the camera's z (M,), skin points and normals in the
-    body frame."""
+    """Hits: ray indices (M,), 1 / depth along the camera's z, skin points and normals (body frame)."""
 
     hits: np.ndarray
     inverse_depth: Array
@@ -109,8 +104,7 @@ class Cast:
 
 @dataclass(frozen=True)
 class Light:
-    """At M skin points: direct light (signed, relative to r0 and albedo 1), ambient light, and whether the
-    projector sees them."""
+    """At M skin points: direct light (signed), ambient light, and whether the projector sees them."""
 
     direct: Array
     ambient: Array
@@ -118,8 +112,7 @@ class Light:
 
 
 def shade(view: View, phantom: Phantom, room_from_body: Array, hit: Cast) -> Light:
-    """Lambert's law for the pod's projector, the inverse square of its distance, shadow rays, and a soft
-    sky."""
+    """Lambert's law for the pod's projector, its inverse square, shadow rays, and a soft sky."""
     source = np.array(into_frame(_flat_inverse(room_from_body), *view.projector.centre))
     (px, py, pz), (nx, ny, nz) = hit.points, hit.normals
     dx, dy, dz = source[0] - px, source[1] - py, source[2] - pz
@@ -162,20 +155,14 @@ def _render_region(
     column, row = _pattern_place(view, room_from_body, *(np.take(a, where) for a in (ray_x, ray_y, w)))
     flat = electrons.reshape(-1)
     flat[where] += np.take(direct, where) * view.projector.intensity(column, row)
-    peak = (
-        view.sensor.exposure
-        * view.sensor.full_well_e
-        * view.camera.gain
-        / (REFERENCE_ALBEDO * (1.0 + AMBIENT))
-    )
-    electrons *= np.float32(peak)
+    peak_e = view.sensor.exposure * view.sensor.full_well_e * view.camera.gain
+    electrons *= np.float32(peak_e / (REFERENCE_ALBEDO * (1.0 + AMBIENT)))
     np.add(out, electrons, out=out, where=body)
 
 
 @dataclass(frozen=True)
 class _Nodes:
-    """The coarse grid: two more nodes than the region's on every side. 1/Z float64, the rest float32 or
-    bool."""
+    """The coarse grid, from one node before the region to two after it: 1/Z and light at every hit."""
 
     hit: np.ndarray
     w: Array
@@ -208,8 +195,7 @@ def _coarse(view: View, phantom: Phantom, room_from_body: Array, region: tuple) 
 
 
 def _smooth_cells(nodes: _Nodes) -> np.ndarray:
-    """Cells whose 16 support nodes are all on skin, all lit or all dark, and whose depth is smooth; (rows -
-    3, columns - 3)."""
+    """Cells of smooth depth whose 16 support nodes are all on skin and all lit or all dark."""
     w = np.where(nodes.hit, nodes.w, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
         # A cubic is wrong by at most 3/128 of the fourth difference, in each direction.

@@ -1,5 +1,4 @@
-"""The treatment room: two pods at the ceiling, each two cameras and a speckle projector, looking at the
-isocentre.
+"""The treatment room: two pods at the ceiling, each two cameras and a speckle projector.
 
 Room frame: IEC 61217 fixed, mm, origin at the isocentre, X to the right of an observer who faces the
 gantry, Y towards the gantry, Z up. The patient lies head first, supine: head towards +Y, front up, the
@@ -27,8 +26,7 @@ IMAGE_SIZE = (1280, 1024)
 FOCAL_PX = 2400.0
 BASELINE_MM = 250.0
 PATTERN_SIZE = (1408, 1152)
-# angle from the vertical (towards +X positive), angle towards the patient's feet, distance of the pod from
-# the isocentre
+# degrees from the vertical towards +X, degrees towards the patient's feet, mm from the isocentre
 PODS = {"pod1": (-40.0, 14.0, 2000.0), "pod2": (38.0, 17.0, 1940.0)}
 
 
@@ -38,8 +36,7 @@ class Room:
     Parameters
     ----------
     seed : draws the lenses, the small mounting errors and the patterns; the same seed gives the same room.
-    sensor : the image sensors, or None for the default (12,000 electrons, 12 electrons of read noise, 8
-    bits, 0.55 px blur).
+    sensor : the image sensors; None is 12,000 electrons, 12 electrons of read noise, 8 bits, 0.55 px blur.
 
     Attributes
     ----------
@@ -77,9 +74,6 @@ class Room:
         )
         self.pairs[pod] = (f"{pod}-left", f"{pod}-right")
 
-    # -- calibration
-    # -------------------------------------------------------------------------------------------------
-
     def rig_json(self) -> str:
         """The true cameras as rig.json text."""
         return self._rig(self.cameras.values(), f"twin-{self.seed}", {"truth": True})
@@ -104,9 +98,6 @@ class Room:
             rig_id, cameras, self.pairs, {"source": "simulated room", "room_seed": self.seed, **about}
         )
 
-    # -- images
-    # ------------------------------------------------------------------------------------------------------
-
     def capture(
         self,
         phantom: Phantom,
@@ -119,9 +110,9 @@ class Room:
 
         Parameters
         ----------
-        phantom : the body. room_from_body : (4, 4) rigid, mm; None is the set-up position.
-        seed : of the noise; give every capture its own. A camera's noise depends on this seed and on its id
-        alone.
+        phantom : the body.
+        room_from_body : (4, 4) rigid, mm; None is the set-up position.
+        seed : of the noise; give every capture its own. A camera's noise depends on it and on the id alone.
         cameras : ids, or None for all.
 
         Returns
@@ -144,27 +135,19 @@ class Room:
         view = View(self.cameras[name], self.projectors[name.rsplit("-", 1)[0]], self.sensor)
         return expected_electrons(view, _body(phantom), checks.pose("room_from_body", room_from_body))
 
-    # -- truth
-    # -------------------------------------------------------------------------------------------------------
-
     def truth_depth(self, camera: str, phantom: Phantom, room_from_body: ArrayLike | None = None) -> Array:
-        """The skin point that each pixel centre of a camera sees: (1024, 1280, 3) float64, room frame, mm;
-        NaN without skin."""
+        """The skin point that each pixel centre sees: (1024, 1280, 3), room frame, mm; NaN if none."""
         return truth.depth(
             self._camera(camera), _body(phantom), checks.pose("room_from_body", room_from_body)
         )
 
     def true_match(self, pair: str, phantom: Phantom, room_from_body: ArrayLike | None = None) -> truth.Match:
-        """The exact right pixel of each left pixel's skin point, and where it is visible and lit (see
-        `Match`)."""
+        """The exact right pixel of each left pixel's skin point, and where it is visible and lit."""
         if pair not in self.pairs:
             raise ValueError(f"pair must be one of {sorted(self.pairs)}, got {pair!r}")
         left, right = (self.cameras[name] for name in self.pairs[pair])
         pose = checks.pose("room_from_body", room_from_body)
         return truth.match(left, right, self.projectors[pair], _body(phantom), pose)
-
-    # -- arguments
-    # ---------------------------------------------------------------------------------------------------
 
     def _camera(self, camera: str) -> Camera:
         if not isinstance(camera, str) or camera not in self.cameras:

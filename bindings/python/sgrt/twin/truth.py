@@ -1,5 +1,4 @@
-"""Exact ground truth of a capture: every pixel's own ray, cut with the analytic skin by Newton to rounding
-error."""
+"""Exact ground truth: every pixel's own ray, cut with the analytic skin by Newton to rounding error."""
 
 from __future__ import annotations
 
