@@ -12,6 +12,7 @@ of it is linear in the noise, so one factor gives the wanted expected pixel erro
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -43,6 +44,7 @@ def perturbed_pod(left: Camera, right: Camera, seed: int, sigma_px: float) -> tu
     return _moved(left, error[:9], error[18:24]), _moved(right, error[9:18], error[24:30])
 
 
+@functools.lru_cache(maxsize=8)
 def _root(pair: tuple[Camera, Camera]) -> Array:
     """S, (30, n): S S^T is the covariance that a noise of 1 px on every found point leaves.
 

@@ -17,7 +17,7 @@ from .camera import into_frame
 from .checks import Array
 
 NOISE_SIGMA_PX = 0.8
-CONTRAST = 2.0
+CONTRAST = 3.0
 DEFOCUS_SIGMA_PX = 0.6
 DARK, BRIGHT = 0.04, 0.96
 
