@@ -40,8 +40,8 @@ def perturbed_pod(left: Camera, right: Camera, seed: int, sigma_px: float) -> tu
     root = _root((left, right))
     change = _dot(_stacked((left, right), VOLUME_POINTS), root)
     expected_px = np.sqrt(np.mean(np.sum(change**2, axis=1)))
-    noise = stream(seed, left.id, "calibration").standard_normal(root.shape[1])
-    error = _dot(root, noise[:, None])[:, 0] * (sigma_px / expected_px)
+    noise = stream(seed, left.id, "calibration").standard_normal((root.shape[1], 1))
+    error = _dot(root, noise)[:, 0] * (sigma_px / expected_px)
     return _moved(left, error[:9], error[18:24]), _moved(right, error[9:18], error[24:30])
 
 
@@ -61,9 +61,10 @@ def _root(pair: tuple[Camera, Camera]) -> Array:
     return np.hstack([pod - _dot(rigid, _dot(fit, _dot(seen, pod))), -_dot(rigid, fit)])
 
 
-def _dot(a: Array, b: Array) -> Array:
+def _dot(a: np.ndarray, b: np.ndarray) -> Array:
     """The matrix product in a fixed order: a BLAS sums in an order that depends on its threads."""
-    return np.einsum("ij,jk->ik", a, b)
+    product: Array = np.einsum("ij,jk->ik", a, b)
+    return product
 
 
 def _stacked(pair: tuple[Camera, Camera], points: Array) -> Array:
