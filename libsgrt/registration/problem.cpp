@@ -74,16 +74,15 @@ Problem::Problem(const Run& run, const Surface& reference_in, const Surface& liv
 
   const Surface& r = *field.surface;
   if (roi != nullptr) in_roi.assign(static_cast<std::size_t>(r.size()), 0);
-  std::int64_t count = 0;
   centre.setZero();
   for (std::int64_t i = 0; i < r.size(); ++i) {
     if (!usable(r, i) || (roi != nullptr && !contains(*roi, r, i))) continue;
     if (roi != nullptr) in_roi[static_cast<std::size_t>(i)] = 1;
     centre += r.point(i);
-    ++count;
+    ++reference_count;
   }
-  require_points(count, roi != nullptr ? "the reference within the roi" : "the reference");
-  centre /= static_cast<double>(count);
+  require_points(reference_count, roi != nullptr ? "the reference within the roi" : "the reference");
+  centre /= static_cast<double>(reference_count);
   double sum2 = 0;
   std::vector<double> reach;
   for (std::int64_t i = 0; i < r.size(); ++i) {
@@ -91,9 +90,9 @@ Problem::Problem(const Run& run, const Surface& reference_in, const Surface& liv
     sum2 += (r.point(i) - centre).squaredNorm();
     reach.push_back(field.reach[i]);
   }
-  std::nth_element(reach.begin(), reach.begin() + count / 2, reach.end());
-  spacing = reach[static_cast<std::size_t>(count / 2)];
-  lever = std::max(1e-3, std::sqrt(sum2 / static_cast<double>(count)));
+  std::nth_element(reach.begin(), reach.begin() + reference_count / 2, reach.end());
+  spacing = reach[static_cast<std::size_t>(reference_count / 2)];
+  lever = std::max(1e-3, std::sqrt(sum2 / static_cast<double>(reference_count)));
 
   for (std::int64_t i = 0; i < live->size(); ++i) {
     if (usable(*live, i)) rows.push_back(i);

@@ -29,6 +29,7 @@ struct Problem {
   Field field;                                  // of the reference
   const Surface* live;
   std::vector<std::uint8_t> in_roi;              // a reference point; empty: all
+  std::int64_t reference_count = 0;              // of the reference points that count
   std::vector<std::int64_t> rows;                // live points that have a normal, neighbours together
   bool signs_unsure;                             // of the normals, because some were estimated
   double reference_noise2 = 0, live_noise2 = 0;  // mm2, where the points carry none: the surface's roughness
