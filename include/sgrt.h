@@ -139,8 +139,10 @@ static inline int64_t sgrt_dtype_size(int32_t dtype) {
 
 /* A contiguous row-major array of up to three dimensions; pass 0 for `b`, or `b` and `c`, to leave dimensions out. */
 static inline sgrt_view sgrt_view_of(const void *data, int32_t dtype, int64_t a, int64_t b, int64_t c) {
-  sgrt_view v = {0};
+  sgrt_view v;
   int64_t size = sgrt_dtype_size(dtype);
+  int i;
+  for (i = 0; i < 6; ++i) v.shape[i] = v.strides[i] = 0;
   v.data = data;
   v.dtype = dtype;
   v.ndim = c > 0 ? 3 : b > 0 ? 2 : 1;
@@ -155,7 +157,7 @@ static inline sgrt_view sgrt_view_of(const void *data, int32_t dtype, int64_t a,
 
 static inline sgrt_mut_view sgrt_mut_view_of(void *data, int32_t dtype, int64_t a, int64_t b, int64_t c) {
   sgrt_view v = sgrt_view_of(data, dtype, a, b, c);
-  sgrt_mut_view m = {0};
+  sgrt_mut_view m;
   int i;
   m.data = data;
   m.dtype = v.dtype;
@@ -194,7 +196,7 @@ SGRT_API sgrt_status sgrt_surface_data_init(sgrt_surface_data *data, size_t size
  * SGRT_E_INVALID_ARGUMENT  shape, dtype or stride; a NaN or Inf (absent grid points excepted); |coordinate| > 1e5 mm;
  *                          sigma <= 0; a normal that is not unit within 1e-3; a face index out of range
  * SGRT_E_INSUFFICIENT_DATA no point
- * SGRT_E_LIMIT             more than 50 million points. since 0.1 */
+ * SGRT_E_LIMIT             more than 50 million points, or arrays of more than 4 GiB in all. since 0.1 */
 SGRT_API sgrt_status sgrt_surface_create(sgrt_context *context, const sgrt_surface_data *data, sgrt_surface **surface);
 
 /* A height field z(x, y) (eq. 10.1): z is H x W, mm, NaN where absent; column j lies at x = origin_mm[0] + j spacing_mm[0],
@@ -291,7 +293,8 @@ SGRT_API sgrt_status sgrt_surface_distance(sgrt_context *context, const sgrt_sur
 typedef struct sgrt_roi sgrt_roi;
 /* A polygon in the room's X-Y plane, seen from above: vertices is V x 2, mm, V >= 3, closed by itself. A reference point is
  * inside by the even-odd rule if its normal has z > 0.
- * SGRT_E_INVALID_ARGUMENT  fewer than 3 vertices, non-finite, no area. since 0.1 */
+ * SGRT_E_INVALID_ARGUMENT  fewer than 3 vertices, non-finite, no area
+ * SGRT_E_LIMIT             more than 10,000 vertices. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_from_polygon(const sgrt_view *vertices_xy_mm, sgrt_roi **roi);
 /* An axis-aligned box of the room. SGRT_E_INVALID_ARGUMENT  non-finite, or min >= max. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_from_box(const double min_mm[3], const double max_mm[3], sgrt_roi **roi);
@@ -380,8 +383,8 @@ typedef struct sgrt_rig_camera {
 SGRT_API sgrt_status sgrt_rig_camera_get(const sgrt_rig *rig, int32_t index, sgrt_rig_camera *camera);
 
 /* Pixels of room points in a camera (pinhole and Brown-Conrady distortion, docs/theory/rig.md eq. 1-3).
- * camera_id: must be in the rig. x_in_room: N x 3, mm. pixels: f64, N x 2; NaN behind the camera or where the distortion
- * folds. jacobian: f64, N x 2 x 3, d pixel / d x_in_room, px/mm; may be NULL. A pixel outside the image is still given. since 0.1 */
+ * camera_id: must be in the rig. x_in_room: N x 3, mm. pixels: f64, N x 2; NaN behind the camera, where the distortion
+ * folds, and of a point that is not finite. jacobian: f64, N x 2 x 3, d pixel / d x_in_room, px/mm; may be NULL. A pixel outside the image is still given. since 0.1 */
 SGRT_API sgrt_status sgrt_rig_project(sgrt_context *context, const sgrt_rig *rig, const char *camera_id,
                                       const sgrt_view *x_in_room, const sgrt_mut_view *pixels,
                                       const sgrt_mut_view *jacobian);
@@ -398,7 +401,7 @@ typedef struct sgrt_stereo sgrt_stereo;
 
 typedef struct sgrt_stereo_options {
   uint32_t struct_size;
-  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 17 */
+  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 15 */
   int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 4 */
   int32_t min_component;   /* groups of fewer connected points are rejected as ambiguous; default 30 */
   double volume_min_mm[3]; /* working volume, room axes; it decides the search range. Default -infinity ... */
@@ -419,7 +422,8 @@ enum {
   SGRT_REASON_NO_MATCH = 5,      /* no correlation above min_correlation: occluded, or lit unlike */
   SGRT_REASON_LEFT_RIGHT = 6,    /* the match back from the right image ends elsewhere */
   SGRT_REASON_AMBIGUOUS = 7,     /* an island too small to be trusted */
-  SGRT_REASON_COUNT = 8
+  SGRT_REASON_EDGE = 8,          /* the window straddles the edge of the surface, or a fold that its shape cannot follow */
+  SGRT_REASON_COUNT = 9
 };
 
 /* Matches one pair along its epipolar lines and triangulates (docs/theory/stereo.md).
@@ -463,8 +467,9 @@ SGRT_API sgrt_status sgrt_stereo_surface(const sgrt_stereo *result, sgrt_surface
 typedef struct sgrt_stereo_session sgrt_stereo_session;
 SGRT_API sgrt_status sgrt_stereo_session_create(sgrt_context *context, const sgrt_rig *rig, const char *pair_id,
                                                 const sgrt_stereo_options *options, sgrt_stereo_session **session);
-/* time_s must not decrease. *result is lent until the next push or the session's end: do not free it. Errors as
- * sgrt_stereo_match; after an error *result is NULL and the session can go on. since 0.1 */
+/* time_s: finite, must not decrease. *result is lent until the next push or the session's end: do not free it. Errors as
+ * sgrt_stereo_match; after any but SGRT_E_NOT_FOUND *result is NULL, and the session can go on. A surface taken from
+ * *result (sgrt_stereo_surface) outlives the next push. since 0.1 */
 SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo_session *session, const sgrt_view *left,
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
@@ -476,7 +481,7 @@ typedef struct sgrt_icp sgrt_icp;
 
 typedef struct sgrt_icp_options {
   uint32_t struct_size;
-  int32_t max_iterations;   /* of closest points and step; default 60 */
+  int32_t max_iterations;   /* of closest points and step, 1 to 10,000; default 60 */
   double max_distance_mm;   /* pairs further apart never count; default 40 */
   double max_angle_deg;     /* nor do pairs whose normals differ by more; default 45 */
   double min_inlier_share;  /* below it the surfaces do not overlap; default 0.3 */
@@ -507,7 +512,7 @@ SGRT_API void sgrt_icp_free(sgrt_icp *result);
 
 enum { SGRT_VERDICT_NONE = 0, SGRT_VERDICT_OK = 1, SGRT_VERDICT_WEAK = 2 };
 
-/* All numbers are NaN where no pose was found, but for the counts and the observability. */
+/* All numbers are NaN where no pose was found, but for the isocentre, the counts, the inlier share and the free motions. */
 typedef struct sgrt_icp_info {
   uint32_t struct_size;
   sgrt_status status;     /* as sgrt_icp_align returned */

@@ -1,5 +1,6 @@
-// Speckle stereo: one pair of images to an organised surface. Rectify exactly from the rig, match coarsely with ZNCC over
-// the whole search range, refine with IC-GN along the row, grow from seeds, check left-right, triangulate. docs/theory/stereo.md.
+// Speckle stereo: one pair of images to an organised surface. Rectify exactly from the rig, match coarsely with ZNCC
+// over the whole search range, refine with IC-GN along the row, grow from seeds, check left-right, triangulate.
+// docs/theory/stereo.md.
 #pragma once
 
 #include <array>
@@ -16,9 +17,9 @@
 namespace sgrt {
 
 struct StereoOptions {
-  int window = 17;        // px, odd
-  int stride = 4;         // px of the rectified left image
-  int min_component = 30;  // points
+  int window = 15;                                                             // px, odd
+  int stride = 4;                                                              // px of the rectified left image
+  int min_component = 30;                                                      // points
   Vec3 volume_min = Vec3::Constant(-std::numeric_limits<double>::infinity());  // room, mm
   Vec3 volume_max = Vec3::Constant(std::numeric_limits<double>::infinity());
   double min_correlation = 0.8;
@@ -28,7 +29,16 @@ struct StereoOptions {
 
 // The same numbers as SGRT_REASON_...
 enum class Reason : std::uint8_t {
-  kNone, kOutOfView, kOutOfVolume, kNoTexture, kSaturated, kNoMatch, kLeftRight, kAmbiguous, kCount
+  kNone,
+  kOutOfView,
+  kOutOfVolume,
+  kNoTexture,
+  kSaturated,
+  kNoMatch,
+  kLeftRight,
+  kAmbiguous,
+  kEdge,
+  kCount
 };
 
 struct StereoResult {
@@ -39,7 +49,7 @@ struct StereoResult {
   std::vector<std::uint8_t> reason;
   std::vector<float> correlation, sigma_px;
   std::vector<double> left_px, right_px;  // height x width x 2, in the images as taken
-  std::array<std::int64_t, 8> reason_count{};
+  std::array<std::int64_t, static_cast<std::size_t>(Reason::kCount)> reason_count{};
   std::int64_t point_count = 0;
   double noise_left, median_sigma_px, median_sigma_mm;
 };
