@@ -1,4 +1,4 @@
-"""What `cmake --install` lays down, and programs built from it by find_package and by pkg-config (by plain gcc: test_examples)."""
+"""What `cmake --install` lays down, and programs built from it by find_package and pkg-config (gcc: test_examples)."""
 
 import os
 import re
