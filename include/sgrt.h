@@ -139,8 +139,10 @@ static inline int64_t sgrt_dtype_size(int32_t dtype) {
 
 /* A contiguous row-major array of up to three dimensions; pass 0 for `b`, or `b` and `c`, to leave dimensions out. */
 static inline sgrt_view sgrt_view_of(const void *data, int32_t dtype, int64_t a, int64_t b, int64_t c) {
-  sgrt_view v = {0};
+  sgrt_view v;
   int64_t size = sgrt_dtype_size(dtype);
+  int i;
+  for (i = 0; i < 6; ++i) v.shape[i] = v.strides[i] = 0;
   v.data = data;
   v.dtype = dtype;
   v.ndim = c > 0 ? 3 : b > 0 ? 2 : 1;
@@ -155,7 +157,7 @@ static inline sgrt_view sgrt_view_of(const void *data, int32_t dtype, int64_t a,
 
 static inline sgrt_mut_view sgrt_mut_view_of(void *data, int32_t dtype, int64_t a, int64_t b, int64_t c) {
   sgrt_view v = sgrt_view_of(data, dtype, a, b, c);
-  sgrt_mut_view m = {0};
+  sgrt_mut_view m;
   int i;
   m.data = data;
   m.dtype = v.dtype;
@@ -194,7 +196,7 @@ SGRT_API sgrt_status sgrt_surface_data_init(sgrt_surface_data *data, size_t size
  * SGRT_E_INVALID_ARGUMENT  shape, dtype or stride; a NaN or Inf (absent grid points excepted); |coordinate| > 1e5 mm;
  *                          sigma <= 0; a normal that is not unit within 1e-3; a face index out of range
  * SGRT_E_INSUFFICIENT_DATA no point
- * SGRT_E_LIMIT             more than 50 million points. since 0.1 */
+ * SGRT_E_LIMIT             more than 50 million points, or arrays of more than 4 GiB in all. since 0.1 */
 SGRT_API sgrt_status sgrt_surface_create(sgrt_context *context, const sgrt_surface_data *data, sgrt_surface **surface);
 
 /* A height field z(x, y) (eq. 10.1): z is H x W, mm, NaN where absent; column j lies at x = origin_mm[0] + j spacing_mm[0],
@@ -291,7 +293,8 @@ SGRT_API sgrt_status sgrt_surface_distance(sgrt_context *context, const sgrt_sur
 typedef struct sgrt_roi sgrt_roi;
 /* A polygon in the room's X-Y plane, seen from above: vertices is V x 2, mm, V >= 3, closed by itself. A reference point is
  * inside by the even-odd rule if its normal has z > 0.
- * SGRT_E_INVALID_ARGUMENT  fewer than 3 vertices, non-finite, no area. since 0.1 */
+ * SGRT_E_INVALID_ARGUMENT  fewer than 3 vertices, non-finite, no area
+ * SGRT_E_LIMIT             more than 100,000 vertices. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_from_polygon(const sgrt_view *vertices_xy_mm, sgrt_roi **roi);
 /* An axis-aligned box of the room. SGRT_E_INVALID_ARGUMENT  non-finite, or min >= max. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_from_box(const double min_mm[3], const double max_mm[3], sgrt_roi **roi);
@@ -380,8 +383,8 @@ typedef struct sgrt_rig_camera {
 SGRT_API sgrt_status sgrt_rig_camera_get(const sgrt_rig *rig, int32_t index, sgrt_rig_camera *camera);
 
 /* Pixels of room points in a camera (pinhole and Brown-Conrady distortion, docs/theory/rig.md eq. 1-3).
- * camera_id: must be in the rig. x_in_room: N x 3, mm. pixels: f64, N x 2; NaN behind the camera or where the distortion
- * folds. jacobian: f64, N x 2 x 3, d pixel / d x_in_room, px/mm; may be NULL. A pixel outside the image is still given. since 0.1 */
+ * camera_id: must be in the rig. x_in_room: N x 3, mm. pixels: f64, N x 2; NaN behind the camera, where the distortion
+ * folds, and of a point that is not finite. jacobian: f64, N x 2 x 3, d pixel / d x_in_room, px/mm; may be NULL. A pixel outside the image is still given. since 0.1 */
 SGRT_API sgrt_status sgrt_rig_project(sgrt_context *context, const sgrt_rig *rig, const char *camera_id,
                                       const sgrt_view *x_in_room, const sgrt_mut_view *pixels,
                                       const sgrt_mut_view *jacobian);
@@ -463,8 +466,9 @@ SGRT_API sgrt_status sgrt_stereo_surface(const sgrt_stereo *result, sgrt_surface
 typedef struct sgrt_stereo_session sgrt_stereo_session;
 SGRT_API sgrt_status sgrt_stereo_session_create(sgrt_context *context, const sgrt_rig *rig, const char *pair_id,
                                                 const sgrt_stereo_options *options, sgrt_stereo_session **session);
-/* time_s must not decrease. *result is lent until the next push or the session's end: do not free it. Errors as
- * sgrt_stereo_match; after an error *result is NULL and the session can go on. since 0.1 */
+/* time_s: finite, must not decrease. *result is lent until the next push or the session's end: do not free it. Errors as
+ * sgrt_stereo_match; after any but SGRT_E_NOT_FOUND *result is NULL, and the session can go on. A surface taken from
+ * *result (sgrt_stereo_surface) outlives the next push. since 0.1 */
 SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo_session *session, const sgrt_view *left,
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
@@ -476,7 +480,7 @@ typedef struct sgrt_icp sgrt_icp;
 
 typedef struct sgrt_icp_options {
   uint32_t struct_size;
-  int32_t max_iterations;   /* of closest points and step; default 60 */
+  int32_t max_iterations;   /* of closest points and step, 1 to 10,000; default 60 */
   double max_distance_mm;   /* pairs further apart never count; default 40 */
   double max_angle_deg;     /* nor do pairs whose normals differ by more; default 45 */
   double min_inlier_share;  /* below it the surfaces do not overlap; default 0.3 */

@@ -9,9 +9,9 @@
 namespace sgrt {
 [[noreturn]] void fail_eigen(const char* condition);
 }
-#define eigen_assert(condition)                          \
-  do {                                                   \
-    if (!(condition)) ::sgrt::fail_eigen(#condition);    \
+#define eigen_assert(condition)                       \
+  do {                                                \
+    if (!(condition)) ::sgrt::fail_eigen(#condition); \
   } while (false)
 
 #include <Eigen/Cholesky>

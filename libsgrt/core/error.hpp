@@ -31,7 +31,9 @@ class Error : public std::runtime_error {
   Status status_;
 };
 
-[[noreturn]] inline void fail(Status status, const std::string& message) { throw Error(status, message); }
+[[noreturn]] inline void fail(Status status, const std::string& message) {
+  throw Error(status, message);
+}
 
 // Throws kInvalidArgument unless ok. The message names the argument, its value and what was expected.
 inline void require(bool ok, const char* message) {
@@ -40,5 +42,8 @@ inline void require(bool ok, const char* message) {
 
 // A number for a message: shortest text that reads back to the same value, whatever the locale.
 std::string text_of(double value);
+
+// A caller's text for a message: in quotes, one line of plain ASCII, at most 80 characters of it.
+std::string in_quotes(const std::string& text);
 
 }  // namespace sgrt

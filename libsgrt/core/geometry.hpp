@@ -18,8 +18,8 @@ struct Pose {
   Mat4 matrix() const;
 };
 
-// From 16 row-major numbers. Throws kInvalidArgument naming `name` unless it is a rigid motion within 1e-6; the rotation is
-// then projected onto SO(3).
+// From 16 row-major numbers. Throws kInvalidArgument naming `name` unless it is a rigid motion within 1e-6; the
+// rotation is then projected onto SO(3).
 Pose pose_from_rows(const double* rows, const char* name);
 void pose_to_rows(const Pose& pose, double* rows);
 

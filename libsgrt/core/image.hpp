@@ -14,7 +14,7 @@ struct ImageView {
   int height = 0, width = 0;
   std::int64_t row_stride = 0, column_stride = 0;  // bytes
 
-  float at(int y, int x) const;
+  float at(int y, int x) const;  // as load gives it
   // The value at which a pixel of this type is clipped: 255, 65535, or infinity for float.
   float clip() const;
 };
@@ -32,7 +32,8 @@ struct Image {
   const float* row(int y) const { return pixels.data() + static_cast<std::size_t>(y) * width; }
 };
 
-// Copies into a float image; NaN and Inf of a float image become -1, below any grey level, so that they are seen as dark.
+// Copies into a float image; NaN and Inf of a float image become -1, below any grey level, so that they are seen as
+// dark.
 void load(const ImageView& view, Image& out);
 
 }  // namespace sgrt

@@ -1,5 +1,6 @@
 // Exact nearest neighbours in a cloud: FLANN's KDTreeSingleIndex behind a wall (no random numbers, no FLANN type here).
-// Non-finite points are left out (they would recurse without end); results carry the original indices. Ties go to the lowest index.
+// Non-finite points are left out (they would recurse without end); results carry the original indices. Ties go to the
+// lowest index.
 #pragma once
 
 #include <cstdint>

@@ -1,18 +1,20 @@
-// Blocks of work on the context's threads. Blocks have a fixed size and sums are added in block order, so results have the
-// same bits whatever the number of threads. An exception in a block stops the rest; the one of the lowest block comes out.
+// Blocks of work on the context's threads. Blocks have a fixed size and sums are added in block order, so results have
+// the same bits whatever the number of threads. An exception in a block stops the rest; the one of the lowest block
+// comes out. Inside a block a further parallel_for runs on the thread that calls it.
 #pragma once
 
-#include <condition_variable>
+#include <atomic>
 #include <cstdint>
-#include <memory>
-#include <vector>
 
 #include "core/run.hpp"
 
 namespace sgrt {
 
-// Worker threads, started at the first use and again after a fork. Concurrent calls queue. If the system refuses a thread
-// the work is done with fewer. threads: in all, the calling one included.
+// True on a thread that does blocks for another one: there Run::poll does nothing.
+bool on_worker_thread();
+
+// Worker threads, started at the first use and again after a fork. Concurrent calls queue. If the system refuses a
+// thread the work is done with fewer. threads: in all, the calling one included.
 class ThreadPool {
  public:
   explicit ThreadPool(int threads);
@@ -27,11 +29,13 @@ class ThreadPool {
 
  private:
   struct State;  // everything that a fork must abandon
+  State& state();
   int threads_;
-  State* state_ = nullptr;
+  std::atomic<State*> state_{nullptr};
 };
 
-// body(begin, end) for each block of `block` indices of [0, n). Choose a block of 1 to 5 ms: progress is polled between blocks.
+// body(begin, end) for each block of `block` indices of [0, n). Choose a block of 1 to 5 ms: progress is polled between
+// blocks.
 template <class Body>
 void parallel_for(const Run& run, std::int64_t n, std::int64_t block, Body&& body, const char* stage = "working");
 

@@ -9,8 +9,10 @@ namespace sgrt {
 
 struct Roi {
   std::vector<Vec2> polygon;  // empty: a box
-  Vec3 box_min, box_max;
+  Vec3 box_min = Vec3::Zero(), box_max = Vec3::Zero();
 };
+
+constexpr std::size_t kMaxVertices = 10'000;
 
 Roi roi_from_polygon(std::vector<Vec2> vertices);
 Roi roi_from_box(const Vec3& min, const Vec3& max);

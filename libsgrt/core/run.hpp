@@ -20,7 +20,7 @@ struct Run {
   std::function<bool(double fraction, const char* stage)> progress;
   std::function<void(int level, const char* message)> log;
 
-  // Reports progress; throws Error{kCancelled} when the caller wants to stop.
+  // Reports progress; throws Error{kCancelled} when the caller wants to stop. Does nothing on a worker thread.
   void poll(double fraction, const char* stage) const;
 };
 

@@ -1,5 +1,5 @@
-// A surface: points of a skin and what is known of each (eq. 10.1). An unordered cloud, an organised grid (a point a pixel,
-// NaN where absent) or a triangle mesh.
+// A surface: points of a skin and what is known of each (eq. 10.1). An unordered cloud, an organised grid (a point a
+// pixel, NaN where absent) or a triangle mesh.
 #pragma once
 
 #include <cstdint>
@@ -39,9 +39,11 @@ constexpr int kMaxModes = 8;
 // Checks shapes and values (see sgrt_surface_create) and adds a mesh's vertex normals. Throws; returns the surface.
 Surface make_surface(Surface surface);
 
-// z(x, y) with column j at origin.x + j spacing.x, row i at origin.y + i spacing.y; normals by central differences, towards +z.
-Surface surface_from_height_field(const Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>& z,
-                                  const Vec2& origin, const Vec2& spacing);
+// z(x, y) with column j at origin.x + j spacing.x, row i at origin.y + i spacing.y; normals by central differences,
+// towards +z.
+Surface surface_from_height_field(
+    const Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>& z,
+    const Vec2& origin, const Vec2& spacing);
 
 // Area-weighted normals of the vertices; NaN for a vertex without a face.
 Points vertex_normals(const Points& points, const Faces& faces);

@@ -14,8 +14,8 @@ struct Camera {
   std::string id;
   int width = 0, height = 0;  // px
   double fx = 0, fy = 0, cx = 0, cy = 0;
-  int distortion_count = 0;               // 0 pinhole, 5 brown5, 8 rational8
-  std::array<double, 8> distortion{};     // k1 k2 p1 p2 k3 k4 k5 k6
+  int distortion_count = 0;            // 0 pinhole, 5 brown5, 8 rational8
+  std::array<double, 8> distortion{};  // k1 k2 p1 p2 k3 k4 k5 k6
   Pose camera_from_room;
   double max_radius2 = 0;  // r^2 up to which the distortion is invertible (its Jacobian positive); set by make_camera
 
@@ -27,7 +27,8 @@ Camera make_camera(Camera camera);
 
 // Normalised image coordinates to pixel and back, without a pose. Jacobians may be null.
 Vec2 distort(const Camera& camera, const Vec2& normalised, Eigen::Matrix2d* jacobian = nullptr);
-Vec2 undistort(const Camera& camera, const Vec2& pixel, Eigen::Matrix2d* jacobian = nullptr);  // Newton; NaN where it has no root
+Vec2 undistort(const Camera& camera, const Vec2& pixel,
+               Eigen::Matrix2d* jacobian = nullptr);  // Newton; NaN where it has no root
 
 // Pixel of a point in camera axes, or of the room; NaN behind the camera or beyond the fold.
 Vec2 project_camera(const Camera& camera, const Vec3& x_in_camera, Mat23* jacobian = nullptr);
@@ -47,8 +48,8 @@ struct Rig {
   std::string document;  // the JSON as read, unknown keys included; empty for a rig made in memory
 };
 
-int camera_index(const Rig& rig, const std::string& id);              // throws kInvalidArgument, lists the known ids
-const StereoPair& pair_of(const Rig& rig, const std::string& id);     // likewise
+int camera_index(const Rig& rig, const std::string& id);           // throws kInvalidArgument, lists the known ids
+const StereoPair& pair_of(const Rig& rig, const std::string& id);  // likewise
 
 // rig_json.cpp, schema sgrt-rig/1
 Rig rig_from_json(const char* text, std::size_t size);

@@ -1,5 +1,6 @@
-// Speckle stereo: one pair of images to an organised surface. Rectify exactly from the rig, match coarsely with ZNCC over
-// the whole search range, refine with IC-GN along the row, grow from seeds, check left-right, triangulate. docs/theory/stereo.md.
+// Speckle stereo: one pair of images to an organised surface. Rectify exactly from the rig, match coarsely with ZNCC
+// over the whole search range, refine with IC-GN along the row, grow from seeds, check left-right, triangulate.
+// docs/theory/stereo.md.
 #pragma once
 
 #include <array>
@@ -16,9 +17,9 @@
 namespace sgrt {
 
 struct StereoOptions {
-  int window = 17;        // px, odd
-  int stride = 4;         // px of the rectified left image
-  int min_component = 30;  // points
+  int window = 17;                                                             // px, odd
+  int stride = 4;                                                              // px of the rectified left image
+  int min_component = 30;                                                      // points
   Vec3 volume_min = Vec3::Constant(-std::numeric_limits<double>::infinity());  // room, mm
   Vec3 volume_max = Vec3::Constant(std::numeric_limits<double>::infinity());
   double min_correlation = 0.8;
@@ -28,7 +29,15 @@ struct StereoOptions {
 
 // The same numbers as SGRT_REASON_...
 enum class Reason : std::uint8_t {
-  kNone, kOutOfView, kOutOfVolume, kNoTexture, kSaturated, kNoMatch, kLeftRight, kAmbiguous, kCount
+  kNone,
+  kOutOfView,
+  kOutOfVolume,
+  kNoTexture,
+  kSaturated,
+  kNoMatch,
+  kLeftRight,
+  kAmbiguous,
+  kCount
 };
 
 struct StereoResult {

@@ -1,0 +1,28 @@
+"""Files, one module a format. Readers check everything and name the file and the cause; writers write whole files or none.
+
+A missing file is an OSError, a malformed one sgrt.FormatError (also a ValueError).
+"""
+
+from .ply import read_surface, write_surface
+from .png import read_image, write_image
+from .poses import PoseTrack, read_poses, write_poses
+from .registration import read_pose, registration_document, write_registration
+from .rig import read_rig, write_rig
+from .roi import read_roi, write_roi
+
+__all__ = [
+    "PoseTrack",
+    "read_image",
+    "read_pose",
+    "read_poses",
+    "read_rig",
+    "read_roi",
+    "read_surface",
+    "registration_document",
+    "write_image",
+    "write_poses",
+    "write_registration",
+    "write_rig",
+    "write_roi",
+    "write_surface",
+]

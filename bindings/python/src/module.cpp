@@ -1,0 +1,15 @@
+// The extension module sgrt._core: one line a section of sgrt.h, in its order.
+#include "bindings.hpp"
+
+PYBIND11_MODULE(_core, m) {
+  using namespace sgrt_py;
+  m.doc() = "sgrt.h for Python. Import `sgrt`, not this module.";
+  register_library(m);
+  register_context(m);
+  register_surface(m);
+  register_roi(m);
+  register_frame(m);
+  register_rig(m);
+  register_stereo(m);
+  register_icp(m);
+}

@@ -1,0 +1,100 @@
+// The skin's own: the guard, the handles behind the opaque types, and what a call may use. A function of the skin
+// checks, converts, calls the core, converts back; it computes everything first and writes its outputs last.
+// docs/abi.md.
+#pragma once
+
+#include <sgrt.h>
+
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "capi/check.hpp"
+#include "capi/sized.hpp"
+#include "capi/view.hpp"
+#include "core/error.hpp"
+#include "core/frames.hpp"
+#include "core/parallel.hpp"
+#include "core/roi.hpp"
+#include "core/run.hpp"
+#include "core/surface.hpp"
+#include "registration/icp.hpp"
+#include "rig/rig.hpp"
+#include "stereo/stereo.hpp"
+
+struct sgrt_context {
+  sgrt::ThreadPool pool;
+  sgrt::Isa isa;
+  sgrt_context_options options;
+};
+
+struct sgrt_surface {
+  std::shared_ptr<const sgrt::Surface> surface;
+  std::vector<double> modes;  // of the surface, K x N x 3 in one piece, to be lent
+};
+
+struct sgrt_roi {
+  sgrt::Roi roi;
+};
+
+struct sgrt_rig {
+  sgrt::Rig rig;
+  std::string json;
+};
+
+struct sgrt_stereo {
+  std::shared_ptr<const sgrt::StereoResult> result;
+};
+
+struct sgrt_stereo_session {
+  sgrt::StereoMatcher matcher;
+  double time_s;  // of the last push
+  sgrt_stereo lent;
+};
+
+struct sgrt_icp {
+  sgrt::IcpResult result;
+};
+
+namespace sgrt {
+
+// Keeps the message for sgrt_last_error and returns the status as the ABI's.
+sgrt_status answer(Status status, const char* message) noexcept;
+// The status of the exception in flight; keeps its message. Only inside a catch.
+sgrt_status answer_exception() noexcept;
+
+// No exception leaves a body. The body returns nothing, or a status.
+template <class Body>
+sgrt_status guard(Body&& body) noexcept {
+  try {
+    if constexpr (std::is_void_v<decltype(body())>) {
+      body();
+      return SGRT_OK;
+    } else {
+      return body();
+    }
+  } catch (...) {
+    return answer_exception();
+  }
+}
+
+// For functions that lend a text: NULL where the body throws.
+template <class Body>
+const char* guard_text(Body&& body) noexcept {
+  const char* text = nullptr;
+  guard([&] { text = body(); });
+  return text;
+}
+
+// Threads, instruction set and callbacks of a call. Refuses a context whose own callback makes the call.
+Run run_of(sgrt_context* context);
+
+sgrt_patient_displacement to_c(const PatientDisplacement& d);
+sgrt_couch_correction to_c(const CouchCorrection& c);
+
+// A handle on a surface. Packs its modes.
+std::unique_ptr<sgrt_surface> handle_of(std::shared_ptr<const Surface> surface);
+std::unique_ptr<sgrt_surface> handle_of(Surface&& surface);
+
+}  // namespace sgrt

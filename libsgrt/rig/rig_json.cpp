@@ -1,0 +1,342 @@
+// rig.json, schema sgrt-rig/1 (formats of the project, docs/formats/rig.md): text to Rig and back. Strict: nothing that
+// is required is guessed, and each error names its field by its path. Keys that are not understood are kept for
+// writing.
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.hpp"
+#include "rig/rig.hpp"
+
+namespace sgrt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMaxBytes = 16 << 20;
+constexpr std::size_t kMaxDepth = 16;
+constexpr std::size_t kMaxCameras = 64;
+constexpr const char* kSchema = "sgrt-rig/1";
+
+[[noreturn]] void refuse(const std::string& message) {
+  fail(Status::kFormat, message);
+}
+
+// ---------------------------------------------------------------------------------------------------- text to a tree
+
+// Builds the tree as the parser reads: with a limit of depth, no key twice in an object, and numbers read without
+// regard to the locale (nlohmann-json reads them with strtod).
+class Builder : public nlohmann::json_sax<Json> {
+ public:
+  Json root;
+
+  bool null() override { return add(nullptr); }
+  bool boolean(bool value) override { return add(value); }
+  bool number_integer(std::int64_t value) override { return add(value); }
+  bool number_unsigned(std::uint64_t value) override { return add(value); }
+  bool string(std::string& value) override { return add(std::move(value)); }
+  bool binary(Json::binary_t&) override { return false; }
+
+  bool number_float(double, const std::string& token) override {
+    std::string text = token;
+    for (char& c : text) {
+      if (std::string("0123456789+-eE").find(c) == std::string::npos) c = '.';  // the locale's decimal point
+    }
+    double value = 0;
+    const std::from_chars_result result = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (result.ec != std::errc()) refuse("rig: the number " + in_quotes(text) + " is out of range");
+    return add(value);
+  }
+
+  bool start_object(std::size_t) override { return open(Json::object()); }
+  bool start_array(std::size_t) override { return open(Json::array()); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+
+  bool key(std::string& name) override {
+    if (!keys_.back().insert(name).second) refuse("rig: the key " + in_quotes(name) + " stands twice in one object");
+    key_ = std::move(name);
+    return true;
+  }
+
+  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
+    if (error.id == 406) refuse("rig: a number is out of range near byte " + std::to_string(position));
+    refuse("rig: not JSON, syntax error near byte " + std::to_string(position));
+  }
+
+ private:
+  template <class Value>
+  bool add(Value&& value) {
+    place(std::forward<Value>(value));
+    return true;
+  }
+
+  template <class Value>
+  Json& place(Value&& value) {
+    if (open_.empty()) return root = std::forward<Value>(value);
+    Json& into = *open_.back();
+    if (into.is_array()) return into.emplace_back(std::forward<Value>(value));
+    // Straight into the vector below: the map's own insertion searches all keys, which `keys_` has done.
+    auto& object = into.get_ref<Json::object_t&>();
+    object.emplace_back(std::move(key_), std::forward<Value>(value));
+    return object.back().second;
+  }
+
+  bool open(Json container) {
+    if (open_.size() == kMaxDepth) fail(Status::kLimit, "rig: nested deeper than 16");
+    open_.push_back(&place(std::move(container)));
+    keys_.emplace_back();
+    return true;
+  }
+
+  bool close() {
+    open_.pop_back();
+    keys_.pop_back();
+    return true;
+  }
+
+  std::vector<Json*> open_;
+  std::vector<std::set<std::string>> keys_;
+  std::string key_;
+};
+
+Json parse(const char* text, std::size_t size) {
+  if (size > kMaxBytes)
+    fail(Status::kLimit, "rig: expected at most 16 MiB of text, got " + std::to_string(size) + " bytes");
+  Builder builder;
+  Json::sax_parse(text, text + size, &builder);
+  return std::move(builder.root);
+}
+
+// --------------------------------------------------------------------------------------------------- a tree to a rig
+
+const Json& member(const Json& object, const std::string& path, const char* key) {
+  const auto found = object.find(key);
+  if (found == object.end()) refuse(path + key + ": missing");
+  return *found;
+}
+
+std::string text_at(const Json& object, const std::string& path, const char* key) {
+  constexpr std::size_t kLongest = 1000;
+  const Json& value = member(object, path, key);
+  if (!value.is_string()) refuse(path + key + ": expected a text, got " + value.type_name());
+  const auto& text = value.get_ref<const std::string&>();
+  if (text.empty()) refuse(path + key + ": expected a text, got an empty one");
+  if (text.size() > kLongest) refuse(path + key + ": expected at most 1000 bytes, got " + std::to_string(text.size()));
+  for (char c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) refuse(path + key + ": has a control character");
+  }
+  return text;
+}
+
+// Objects of an array.
+const Json& list_at(const Json& object, const char* key) {
+  const Json& list = member(object, "", key);
+  if (!list.is_array()) refuse(std::string(key) + ": expected an array, got " + list.type_name());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i].is_object()) continue;
+    refuse(std::string(key) + "[" + std::to_string(i) + "]: expected an object, got " + list[i].type_name());
+  }
+  return list;
+}
+
+std::vector<double> numbers(const Json& value, const std::string& path, std::size_t count) {
+  const std::string expected = path + ": expected " + std::to_string(count) + " finite numbers, got ";
+  if (!value.is_array()) refuse(expected + value.type_name());
+  if (value.size() != count) refuse(expected + std::to_string(value.size()));
+  std::vector<double> out;
+  for (const Json& number : value) {
+    if (!number.is_number()) refuse(expected + "a " + number.type_name());
+    out.push_back(number.get<double>());
+  }
+  return out;
+}
+
+int side(double value, const std::string& path) {
+  if (value > 32768) fail(Status::kLimit, path + ": expected at most 32768, got " + text_of(value));
+  if (!(value >= 1 && value == std::floor(value)))
+    refuse(path + ": expected 2 positive integers, got " + text_of(value));
+  return static_cast<int>(value);
+}
+
+int distortion_count(const std::string& model, const std::string& path) {
+  if (model == "pinhole") return 0;
+  if (model == "brown5") return 5;
+  if (model == "rational8") return 8;
+  refuse(path + "model: expected pinhole, brown5 or rational8, got " + in_quotes(model));
+}
+
+const char* model_of(const Camera& camera) {
+  return camera.distortion_count == 0 ? "pinhole" : camera.distortion_count == 5 ? "brown5" : "rational8";
+}
+
+Camera camera_of(const Json& json, const std::string& path) {
+  Camera camera;
+  camera.id = text_at(json, path, "id");
+  const std::vector<double> size = numbers(member(json, path, "image_size"), path + "image_size", 2);
+  camera.width = side(size[0], path + "image_size");
+  camera.height = side(size[1], path + "image_size");
+  const std::vector<double> k = numbers(member(json, path, "intrinsics"), path + "intrinsics", 4);
+  camera.fx = k[0];
+  camera.fy = k[1];
+  camera.cx = k[2];
+  camera.cy = k[3];
+  camera.distortion_count = distortion_count(text_at(json, path, "model"), path);
+  if (camera.distortion_count > 0 || json.contains("distortion")) {
+    const auto count = static_cast<std::size_t>(camera.distortion_count);
+    const std::vector<double> d = numbers(member(json, path, "distortion"), path + "distortion", count);
+    std::copy(d.begin(), d.end(), camera.distortion.begin());
+  }
+  const Json& pose = member(json, path, "camera_from_room");
+  if (!pose.is_array() || pose.size() != 4) refuse(path + "camera_from_room: expected 4 rows of 4 numbers");
+  std::vector<double> rows;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::vector<double> row = numbers(pose[i], path + "camera_from_room[" + std::to_string(i) + "]", 4);
+    rows.insert(rows.end(), row.begin(), row.end());
+  }
+  try {
+    camera.camera_from_room = pose_from_rows(rows.data(), "camera_from_room");
+    return make_camera(camera);
+  } catch (const Error& error) {
+    fail(error.status() == Status::kLimit ? Status::kLimit : Status::kFormat, path + error.what());
+  }
+}
+
+void read_cameras(const Json& json, Rig& rig) {
+  const Json& list = list_at(json, "cameras");
+  if (list.empty()) refuse("cameras: expected at least one");
+  if (list.size() > kMaxCameras)
+    fail(Status::kLimit, "cameras: expected at most 64, got " + std::to_string(list.size()));
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::string path = "cameras[" + std::to_string(i) + "].";
+    Camera camera = camera_of(list[i], path);
+    for (const Camera& other : rig.cameras) {
+      if (other.id == camera.id) refuse(path + "id: " + in_quotes(camera.id) + " stands twice");
+    }
+    rig.cameras.push_back(std::move(camera));
+  }
+}
+
+int camera_at(const Json& json, const Rig& rig, const std::string& path, const char* key) {
+  try {
+    return camera_index(rig, text_at(json, path, key));
+  } catch (const Error& error) {
+    if (error.status() == Status::kFormat) throw;
+    refuse(path + key + ": " + error.what());
+  }
+}
+
+void read_pairs(const Json& json, Rig& rig) {
+  if (!json.contains("pairs")) return;
+  const Json& list = list_at(json, "pairs");
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::string path = "pairs[" + std::to_string(i) + "].";
+    StereoPair pair{text_at(list[i], path, "id"), camera_at(list[i], rig, path, "left"),
+                    camera_at(list[i], rig, path, "right")};
+    if (pair.left == pair.right)
+      refuse(path + "right: the same camera as left, " +
+             in_quotes(rig.cameras[static_cast<std::size_t>(pair.left)].id));
+    if (!seen.insert(pair.id).second) refuse(path + "id: " + in_quotes(pair.id) + " stands twice");
+    rig.pairs.push_back(std::move(pair));
+  }
+}
+
+Rig rig_of(const Json& json) {
+  if (!json.is_object()) refuse(std::string("rig: expected an object, got ") + json.type_name());
+  const std::string schema = text_at(json, "", "schema");
+  if (schema != kSchema) refuse("schema: expected 'sgrt-rig/1', got " + in_quotes(schema));
+  Rig rig;
+  rig.id = text_at(json, "", "id");
+  rig.room = text_at(json, "", "room");
+  read_cameras(json, rig);
+  read_pairs(json, rig);
+  return rig;
+}
+
+// --------------------------------------------------------------------------------------------------- a rig to a tree
+
+bool same(const Camera& a, const Camera& b) {
+  return a.id == b.id && a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
+         a.cy == b.cy && a.distortion_count == b.distortion_count && a.distortion == b.distortion &&
+         a.camera_from_room.R == b.camera_from_room.R && a.camera_from_room.t == b.camera_from_room.t;
+}
+
+bool same(const StereoPair& a, const StereoPair& b) {
+  return a.id == b.id && a.left == b.left && a.right == b.right;
+}
+
+bool same(const Rig& a, const Rig& b) {
+  const auto equal = [](const auto& x, const auto& y) { return same(x, y); };
+  return a.id == b.id && a.room == b.room &&
+         std::equal(a.cameras.begin(), a.cameras.end(), b.cameras.begin(), b.cameras.end(), equal) &&
+         std::equal(a.pairs.begin(), a.pairs.end(), b.pairs.begin(), b.pairs.end(), equal);
+}
+
+// The object of `list` with this id, so that its unknown keys stay; else a new one.
+Json with_id(const Json& list, const std::string& id) {
+  for (const Json& item : list) {
+    if (item.at("id") == id) return item;
+  }
+  return Json{{"id", id}};
+}
+
+void write_camera(const Camera& camera, Json& json) {
+  json["image_size"] = {camera.width, camera.height};
+  json["model"] = model_of(camera);
+  json["intrinsics"] = {camera.fx, camera.fy, camera.cx, camera.cy};
+  json.erase("distortion");
+  if (camera.distortion_count > 0) {
+    json["distortion"] =
+        std::vector<double>(camera.distortion.begin(), camera.distortion.begin() + camera.distortion_count);
+  }
+  const Mat4 T = camera.camera_from_room.matrix();
+  Json rows = Json::array();
+  for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
+  json["camera_from_room"] = rows;
+}
+
+}  // namespace
+
+Rig rig_from_json(const char* text, std::size_t size) {
+  Rig rig = rig_of(parse(text, size));
+  rig.document.assign(text, size);
+  return rig;
+}
+
+// Unchanged since it was read: the text as it was. Else the known fields are written over it.
+std::string rig_to_json(const Rig& rig) {
+  Json json = Json::object();
+  Rig before;
+  if (!rig.document.empty()) {
+    json = parse(rig.document.data(), rig.document.size());
+    before = rig_of(json);
+    if (same(rig, before)) return rig.document;
+  }
+  const Json old = json;
+  json["schema"] = kSchema;
+  json["id"] = rig.id;
+  json["room"] = rig.room;
+  Json cameras = Json::array(), pairs = Json::array();
+  for (const Camera& camera : rig.cameras) {
+    Json item = with_id(old.value("cameras", Json::array()), camera.id);
+    const auto was =
+        std::find_if(before.cameras.begin(), before.cameras.end(), [&](const Camera& c) { return same(c, camera); });
+    if (was == before.cameras.end()) write_camera(camera, item);  // else its own digits stay
+    cameras.push_back(std::move(item));
+  }
+  for (const StereoPair& pair : rig.pairs) {
+    Json item = with_id(old.value("pairs", Json::array()), pair.id);
+    item["left"] = rig.cameras.at(static_cast<std::size_t>(pair.left)).id;
+    item["right"] = rig.cameras.at(static_cast<std::size_t>(pair.right)).id;
+    pairs.push_back(std::move(item));
+  }
+  json["cameras"] = std::move(cameras);
+  json["pairs"] = std::move(pairs);
+  const std::string text = json.dump(2);
+  rig_of(parse(text.data(), text.size()));  // what is written can be read: a rig made in memory is checked here
+  return text;
+}
+
+}  // namespace sgrt

@@ -1,0 +1,59 @@
+// The two hot loops of stereo, compiled once per instruction set from *_kernel.inl (plain C inside: no inline function
+// of a library may leak out of a file that is built for AVX2). The same lanes and the same order of additions give the
+// same bits on both.
+#pragma once
+
+namespace sgrt::kernels {
+
+// A rectified image as the kernels see it: grey values, x-gradient, B-spline coefficients along x and mask share one
+// layout.
+struct Plane {
+  const float* value;
+  const float* gradient;
+  const float* coefficient;
+  const unsigned char* mask;
+  int width, height;
+};
+
+// An affine match along the row: left (x0 + i, y0 + j) lies at right x0 + (1 - a) i - b j - d, row y0 + j.
+struct RowMatch {
+  float d, a, b;
+  float correlation;  // ZNCC at the last evaluation
+  float texture;      // [H^-1]_dd: variance of d for unit noise variance of f - g, grey levels of the left image
+  float noise;        // residual variance of f - g, grey levels squared of the left image
+  int outcome;        // kConverged ...
+};
+enum { kConverged = 0, kLeftView = 1, kRightView = 2, kClipped = 3, kFlat = 4, kDiverged = 5 };
+
+struct RefineOptions {
+  int half;  // window side is 2 half + 1, at most 41
+  int max_iterations;
+  float max_move;  // px that d may move from its start
+};
+
+void refine_row_baseline(const Plane& left, const Plane& right, int x0, int y0, const RefineOptions& options,
+                         RowMatch* match);
+void refine_row_avx2(const Plane& left, const Plane& right, int x0, int y0, const RefineOptions& options,
+                     RowMatch* match);
+
+// One band of rows of the coarse search. Images are width x height (own widths), zero-mean enough for float sums.
+struct CoarseBand {
+  const float *left, *right;           // rows of left_width, right_width
+  const float *left_mean, *left_norm;  // window mean and 1/|window - mean|; norm 0: not usable
+  const float *right_mean, *right_norm;
+  int left_width, right_width, height;
+  int half;            // window side is 2 half + 1
+  int d_min, d_count;  // disparities d_min .. d_min + d_count - 1; d_count a multiple of 8
+  int row_begin, row_end;
+  float* columns;         // scratch: left_width x d_count
+  float* reversed;        // scratch: 6 x (left_width + d_count)
+  float* sums;            // scratch: 2 x d_count
+  float* best_left;       // out, left_width a row: correlation and disparity of the best match
+  float* disparity_left;  // sub-pixel by a parabola
+  float* best_right;      // out, right_width a row
+  int* disparity_right;
+};
+void coarse_band_baseline(const CoarseBand& band);
+void coarse_band_avx2(const CoarseBand& band);
+
+}  // namespace sgrt::kernels

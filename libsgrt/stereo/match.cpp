@@ -1,0 +1,244 @@
+#include "stereo/match.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.hpp"
+#include "stereo/spline.hpp"
+
+namespace sgrt {
+namespace {
+
+using kernels::RowMatch;
+constexpr int kBlock = 512;  // grid points: about 2 ms
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr RowMatch kNoMatch{kNan, 0, 0, kNan, kNan, kNan, kernels::kDiverged};
+
+Reason reason_of(int outcome) {
+  switch (outcome) {
+    case kernels::kLeftView:
+    case kernels::kRightView:
+      return Reason::kOutOfView;
+    case kernels::kClipped:
+      return Reason::kSaturated;
+    case kernels::kFlat:
+      return Reason::kNoTexture;
+    default:
+      return Reason::kNoMatch;
+  }
+}
+
+struct Matcher {
+  const kernels::Plane left, right;
+  const StereoOptions& options;
+  decltype(&kernels::refine_row_baseline) refine;
+
+  Matcher(const Run& run, const RectifiedImage& l, const RectifiedImage& r, const StereoOptions& o)
+      : left(l.plane()),
+        right(r.plane()),
+        options(o),
+        refine(run.isa == Isa::kAvx2 ? kernels::refine_row_avx2 : kernels::refine_row_baseline) {}
+
+  // Refines from the plane in `match`; the reason is kNone when it is accepted.
+  Reason solve(int x, int y, RowMatch& match, float max_move) const {
+    const kernels::RefineOptions o{options.window / 2, 12, max_move};
+    refine(left, right, x, y, o, &match);
+    if (match.outcome != kernels::kConverged) return reason_of(match.outcome);
+    if (!(match.correlation >= options.min_correlation)) return Reason::kNoMatch;
+    return sigma_of(match) <= options.max_sigma ? Reason::kNone : Reason::kNoTexture;
+  }
+
+  // Matches back from the right image; true when it returns to where it came from.
+  bool returns(int x, int y, const RowMatch& match) const {
+    const int x_right = x - static_cast<int>(std::lround(match.d));
+    const float s = 1 - match.a;
+    const float x_left = static_cast<float>(x) + (static_cast<float>(x_right - x) + match.d) / s;
+    RowMatch back = kNoMatch;
+    back.d = static_cast<float>(x_right) - x_left;
+    back.a = 1 - 1 / s;
+    back.b = -match.b / s;
+    const kernels::RefineOptions o{options.window / 2, 6, 2};
+    refine(right, left, x_right, y, o, &back);
+    if (back.outcome != kernels::kConverged || !(back.correlation >= options.min_correlation)) return false;
+    return std::abs(static_cast<float>(x_right) - back.d - x_left) <= options.max_left_right;
+  }
+};
+
+// The plane of `from` carried to another pixel.
+RowMatch extrapolate(const RowMatch& from, int dx, int dy) {
+  RowMatch match = from;
+  match.d = from.d + from.a * static_cast<float>(dx) + from.b * static_cast<float>(dy);
+  return match;
+}
+
+void seed(const Run& run, const Matcher& matcher, const CoarseMap& coarse, const Grid& grid, MatchField& field) {
+  const float centre = static_cast<float>(coarse.scale - 1) / 2;
+  parallel_for(
+      run, grid.size(), kBlock,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k) {
+          const int x = grid.x(k), y = grid.y(k);
+          const CoarseMatch& c = coarse.at_pixel(x, y);
+          RowMatch match = kNoMatch;
+          if (c.d == c.d) {
+            const float dx = static_cast<float>(x % coarse.scale) - centre,
+                        dy = static_cast<float>(y % coarse.scale) - centre;
+            match.d = c.d + c.a * dx + c.b * dy, match.a = c.a, match.b = c.b;
+            field.reason[k] = matcher.solve(x, y, match, static_cast<float>(coarse.scale) + 2);
+          } else {
+            field.reason[k] = Reason::kNoMatch;
+          }
+          field.matches[k] = match;
+        }
+      },
+      "refining");
+}
+
+// The solved neighbour with the best correlation, -1 if none.
+std::int64_t best_neighbour(const Grid& grid, const MatchField& field, std::int64_t k) {
+  const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
+  std::int64_t best = -1;
+  for (int j = std::max(row - 1, 0); j <= std::min(row + 1, grid.height - 1); ++j)
+    for (int i = std::max(column - 1, 0); i <= std::min(column + 1, grid.width - 1); ++i) {
+      const std::int64_t n = static_cast<std::int64_t>(j) * grid.width + i;
+      if (field.reason[n] != Reason::kNone) continue;
+      if (best < 0 || field.matches[n].correlation > field.matches[best].correlation) best = n;
+    }
+  return best;
+}
+
+// Waves: every unsolved point beside a solved one is tried from its best neighbour's plane; what is solved feeds the
+// next wave. A wave reads only what earlier waves wrote, so the result does not depend on the threads.
+void grow(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& field) {
+  field.tried.assign(grid.size(), -1);  // the neighbour tried last
+  std::vector<RowMatch>& matches = field.matches;
+  for (bool grew = true; grew;) {
+    field.wave.clear();
+    for (std::int64_t k = 0; k < grid.size(); ++k) {
+      if (field.reason[k] == Reason::kNone || field.reason[k] == Reason::kSaturated) continue;
+      const std::int64_t from = best_neighbour(grid, field, k);
+      if (from < 0 || from == field.tried[k]) continue;
+      field.tried[k] = from;
+      field.wave.push_back(k);
+    }
+    field.labels.assign(field.wave.size(), 0);
+    parallel_for(
+        run, static_cast<std::int64_t>(field.wave.size()), kBlock / 2,
+        [&](std::int64_t begin, std::int64_t end) {
+          for (std::int64_t w = begin; w < end; ++w) {
+            const std::int64_t k = field.wave[w], from = field.tried[k];
+            RowMatch match = extrapolate(matches[from], grid.x(k) - grid.x(from), grid.y(k) - grid.y(from));
+            field.labels[w] = static_cast<std::int64_t>(matcher.solve(grid.x(k), grid.y(k), match, 2));
+            // Written where no other point of this wave reads: points of a wave are unsolved.
+            matches[k] = match;
+          }
+        },
+        "growing");
+    grew = false;
+    for (std::size_t w = 0; w < field.wave.size(); ++w) {
+      const auto reason = static_cast<Reason>(field.labels[w]);
+      field.reason[field.wave[w]] = reason;
+      grew = grew || reason == Reason::kNone;
+    }
+  }
+}
+
+void check_left_right(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& field) {
+  parallel_for(
+      run, grid.size(), kBlock,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k)
+          if (field.reason[k] == Reason::kNone && !matcher.returns(grid.x(k), grid.y(k), field.matches[k]))
+            field.reason[k] = Reason::kLeftRight;
+      },
+      "checking");
+}
+
+// Connected groups (neighbours whose planes agree) smaller than min_component are not trusted.
+void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& field) {
+  field.labels.assign(grid.size(), 0);
+  for (std::int64_t start = 0; start < grid.size(); ++start) {
+    if (field.reason[start] != Reason::kNone || field.labels[start] != 0) continue;
+    field.wave.assign(1, start);
+    field.labels[start] = 1;
+    for (std::size_t next = 0; next < field.wave.size(); ++next) {
+      const std::int64_t k = field.wave[next];
+      const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
+      const auto visit = [&](int i, int j) {
+        if (i < 0 || j < 0 || i >= grid.width || j >= grid.height) return;
+        const std::int64_t n = static_cast<std::int64_t>(j) * grid.width + i;
+        if (field.reason[n] != Reason::kNone || field.labels[n] != 0) return;
+        const RowMatch carried = extrapolate(field.matches[k], grid.x(n) - grid.x(k), grid.y(n) - grid.y(k));
+        if (std::abs(carried.d - field.matches[n].d) > 1) return;
+        field.labels[n] = 1;
+        field.wave.push_back(n);
+      };
+      visit(column - 1, row), visit(column + 1, row), visit(column, row - 1), visit(column, row + 1);
+    }
+    if (static_cast<int>(field.wave.size()) >= options.min_component) continue;
+    for (std::int64_t k : field.wave) field.reason[k] = Reason::kAmbiguous;
+  }
+}
+
+// A window whose contrast is no more than the noise could not have been matched: no texture, rather than no match.
+void name_flat_windows(const Grid& grid, const StereoOptions& options, MatchField& field) {
+  std::vector<float> noise;
+  noise.reserve(grid.size());
+  for (std::int64_t k = 0; k < grid.size(); ++k)
+    if (field.reason[k] == Reason::kNone) noise.push_back(field.matches[k].noise);
+  if (noise.empty()) return;
+  std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
+  const float typical = noise[noise.size() / 2];
+  for (std::int64_t k = 0; k < grid.size(); ++k) {
+    RowMatch match = field.matches[k];
+    match.noise = typical;
+    if (field.reason[k] == Reason::kNoMatch && sigma_of(match) > options.max_sigma)
+      field.reason[k] = Reason::kNoTexture;
+  }
+}
+
+}  // namespace
+
+double sigma_of(const RowMatch& match) {
+  // The residual f - g holds two images' noise after interpolation (left: x and y; right: x, y and x again), which
+  // damps the fine grain that the residual sees but not the coarse grain that moves the match.
+  constexpr double kGain2 = kSplineNoiseGain * kSplineNoiseGain;
+  constexpr double kDamping = (kGain2 + kGain2 * kSplineNoiseGain) / 2;
+  return std::sqrt(static_cast<double>(match.noise) * match.texture / kDamping);
+}
+
+void prepare(const Run& run, RectifiedImage& image) {
+  const int w = image.value.width, h = image.value.height;
+  const std::size_t size = static_cast<std::size_t>(w) * h, spare = size + static_cast<std::size_t>(w) + 64;
+  image.scratch = image.value;
+  spline_rows(run, image.scratch);
+  image.coefficient.assign(spare, 0.F);
+  image.gradient.assign(spare, 0.F);
+  std::copy_n(image.scratch.pixels.begin(), size, image.coefficient.begin());
+  image.value.pixels.resize(spare, 0.F);
+  parallel_for(
+      run, h, 64,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t y = begin; y < end; ++y) {
+          const float* c = image.coefficient.data() + y * w;
+          float* g = image.gradient.data() + y * w;
+          for (int x = 1; x + 1 < w; ++x) g[x] = (c[x + 1] - c[x - 1]) / 2;  // exact for the spline at its knots
+        }
+      },
+      "interpolating");
+}
+
+void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage& right, const CoarseMap& coarse,
+                const Grid& grid, const StereoOptions& options, MatchField& field) {
+  field.matches.assign(grid.size(), kNoMatch);
+  field.reason.assign(grid.size(), Reason::kNoMatch);
+  const Matcher matcher(run, left, right, options);
+  seed(run, matcher, coarse, grid, field);
+  grow(run, matcher, grid, field);
+  check_left_right(run, matcher, grid, field);
+  remove_islands(grid, options, field);
+  name_flat_windows(grid, options, field);
+}
+
+}  // namespace sgrt

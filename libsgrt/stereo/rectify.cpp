@@ -1,0 +1,174 @@
+#include "stereo/rectify.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "stereo/spline.hpp"
+#include "stereo/stereo.hpp"
+
+namespace sgrt {
+namespace {
+
+constexpr double kMinAngle = 0.17;  // rad between viewing direction and baseline: below it no rectification is sensible
+constexpr double kMaxTangent = 2;   // rays further than 63 deg from the common viewing direction are left out
+
+struct Box {
+  double x0 = std::numeric_limits<double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
+  void add(double x, double y) {
+    x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+  }
+};
+
+// What a camera sees, in normalised coordinates of the rectified frame, from the rays of its border pixels.
+Box view_of(const Camera& camera, const Mat3& rectified_from_room) {
+  Box box;
+  constexpr int kSteps = 64;
+  for (int k = 0; k <= kSteps; ++k) {
+    const double u = (camera.width - 1.0) * k / kSteps, v = (camera.height - 1.0) * k / kSteps;
+    for (const Vec2& pixel : {Vec2(u, 0), Vec2(u, camera.height - 1.0), Vec2(0, v), Vec2(camera.width - 1.0, v)}) {
+      const Vec3 ray = rectified_from_room * unproject(camera, pixel);
+      if (!(ray.z() > 0.05)) continue;
+      box.add(std::clamp(ray.x() / ray.z(), -kMaxTangent, kMaxTangent),
+              std::clamp(ray.y() / ray.z(), -kMaxTangent, kMaxTangent));
+    }
+  }
+  return box;
+}
+
+// The part of `box` that the working volume can fall on.
+void crop(Box& box, const Mat3& rectified_from_room, const Vec3& centre, const Vec3& lo, const Vec3& hi) {
+  if (!lo.allFinite() || !hi.allFinite()) return;
+  Box seen;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 x(corner & 1 ? hi.x() : lo.x(), corner & 2 ? hi.y() : lo.y(), corner & 4 ? hi.z() : lo.z());
+    const Vec3 p = rectified_from_room * (x - centre);
+    if (p.z() <= 1) return;  // reaches behind the camera: no bound
+    seen.add(p.x() / p.z(), p.y() / p.z());
+  }
+  box.x0 = std::max(box.x0, seen.x0), box.x1 = std::min(box.x1, seen.x1);
+  box.y0 = std::max(box.y0, seen.y0), box.y1 = std::min(box.y1, seen.y1);
+}
+
+void fill_sources(const Run& run, const Rectification& r, RectifiedView& view) {
+  view.source.resize(static_cast<std::size_t>(view.width) * view.height * 2);
+  parallel_for(
+      run, view.height, 16,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (int y = static_cast<int>(begin); y < end; ++y)
+          for (int x = 0; x < view.width; ++x) {
+            const Vec2 p = r.source_pixel(view, x, y);
+            const bool inside =
+                p.x() >= 0 && p.y() >= 0 && p.x() <= view.camera->width - 1 && p.y() <= view.camera->height - 1;
+            float* s = &view.source[(static_cast<std::size_t>(y) * view.width + x) * 2];
+            s[0] = inside ? static_cast<float>(p.x()) : std::numeric_limits<float>::quiet_NaN();
+            s[1] = static_cast<float>(p.y());
+          }
+      },
+      "rectifying");
+}
+
+}  // namespace
+
+Vec2 Rectification::source_pixel(const RectifiedView& view, double x, double y) const {
+  const Vec3 ray =
+      view.camera->camera_from_room.R * (room_from_rectified * Vec3((x - view.cx) / f, (y - view.cy) / f, 1));
+  return project_camera(*view.camera, ray);
+}
+
+Rectification make_rectification(const Run& run, const Camera& left, const Camera& right, const Vec3& volume_min,
+                                 const Vec3& volume_max) {
+  Rectification r;
+  r.left.camera = &left;
+  r.right.camera = &right;
+  r.centre = left.centre_in_room();
+  const Vec3 base = right.centre_in_room() - r.centre;
+  r.baseline = base.norm();
+  if (!(r.baseline > 1e-3))
+    fail(Status::kDegenerate,
+         "pair: cameras " + left.id + " and " + right.id + " stand in one place, expected a baseline");
+  const Vec3 x = base / r.baseline;
+  const Vec3 z_left = left.camera_from_room.R.row(2), z_right = right.camera_from_room.R.row(2);
+  const Vec3 view = z_left + z_right;
+  if (std::min(z_left.cross(x).norm(), z_right.cross(x).norm()) < std::sin(kMinAngle) || view.cross(x).norm() < 0.2)
+    fail(Status::kDegenerate,
+         "pair: cameras " + left.id + " and " + right.id +
+             " look along their baseline or away from each other, expected a common view across it");
+  const Vec3 y = view.cross(x).normalized();
+  r.room_from_rectified.col(0) = x;
+  r.room_from_rectified.col(1) = y;
+  r.room_from_rectified.col(2) = x.cross(y);
+  r.f = (left.fx + left.fy + right.fx + right.fy) / 4;
+
+  const Mat3 rectified_from_room = r.room_from_rectified.transpose();
+  Box bl = view_of(left, rectified_from_room), br = view_of(right, rectified_from_room);
+  crop(bl, rectified_from_room, r.centre, volume_min, volume_max);
+  crop(br, rectified_from_room, right.centre_in_room(), volume_min, volume_max);
+  const double y0 = std::max(bl.y0, br.y0), y1 = std::min(bl.y1, br.y1);
+  const auto size = [&](double a, double b) {
+    return static_cast<int>(std::min(std::ceil((b - a) * r.f), 40000.0)) + 1;
+  };
+  if (!(y1 > y0) || !(bl.x1 > bl.x0) || !(br.x1 > br.x0) || size(y0, y1) < 32 || size(bl.x0, bl.x1) < 32)
+    fail(Status::kInvalidArgument, "pair: cameras " + left.id + " and " + right.id +
+                                       " have no view in common inside the working volume, expected one");
+  for (auto [v, box] : {std::pair(&r.left, &bl), std::pair(&r.right, &br)}) {
+    v->width = size(box->x0, box->x1);
+    v->height = size(y0, y1);
+    v->cx = -box->x0 * r.f;
+    v->cy = -y0 * r.f;
+    fill_sources(run, r, *v);
+  }
+  return r;
+}
+
+void rectify(const Run& run, const ImageView& image, const RectifiedView& view, Image& coefficients, Image& out,
+             std::vector<std::uint8_t>& mask) {
+  load(image, coefficients);
+  // Clipped pixels, found before the prefilter spreads them.
+  const float clip = image.clip();
+  std::vector<std::uint8_t> clipped;
+  const auto is_clipped = [&](float g) { return g >= clip || g < 0; };
+  if (std::any_of(coefficients.pixels.begin(), coefficients.pixels.end(), is_clipped)) {
+    clipped.resize(coefficients.pixels.size());
+    for (std::size_t i = 0; i < clipped.size(); ++i) clipped[i] = is_clipped(coefficients.pixels[i]);
+  }
+  spline_rows(run, coefficients);
+  spline_columns(run, coefficients);
+  out.resize(view.height, view.width);
+  mask.resize(out.pixels.size());
+
+  const int w = coefficients.width, h = coefficients.height;
+  parallel_for(
+      run, view.height, 16,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t i = begin * view.width; i < end * view.width; ++i) {
+          const float sx = view.source[2 * i], sy = view.source[2 * i + 1];
+          // The outermost pixels lack a neighbour of the 4 x 4 support.
+          if (!(sx >= 1 && sy >= 1 && sx < w - 2 && sy < h - 2)) {
+            mask[i] = static_cast<std::uint8_t>(Reason::kOutOfView);
+            out.pixels[i] = 0;
+            continue;
+          }
+          const int kx = static_cast<int>(sx), ky = static_cast<int>(sy);
+          float wx[4], wy[4], value = 0;
+          spline_weights(sx - static_cast<float>(kx), wx);
+          spline_weights(sy - static_cast<float>(ky), wy);
+          bool saturated = false;
+          for (int j = 0; j < 4; ++j) {
+            const float* c = coefficients.row(ky - 1 + j) + kx - 1;
+            value += wy[j] * (wx[0] * c[0] + wx[1] * c[1] + wx[2] * c[2] + wx[3] * c[3]);
+            if (!clipped.empty()) {
+              const std::uint8_t* s = &clipped[static_cast<std::size_t>(ky - 1 + j) * w + kx - 1];
+              saturated = saturated || s[0] || s[1] || s[2] || s[3];
+            }
+          }
+          out.pixels[i] = value;
+          mask[i] = static_cast<std::uint8_t>(saturated ? Reason::kSaturated : Reason::kNone);
+        }
+      },
+      "rectifying");
+}
+
+}  // namespace sgrt

@@ -1,0 +1,117 @@
+#include "stereo/stereo.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "stereo/coarse.hpp"
+#include "stereo/match.hpp"
+#include "stereo/rectify.hpp"
+#include "stereo/triangulate.hpp"
+
+namespace sgrt {
+namespace {
+
+constexpr int kReducibleSide = 480;  // px: smaller images are reduced by 2 only
+
+void check(const StereoOptions& o) {
+  const auto refuse = [](const char* name, double value, const char* expected) {
+    fail(Status::kInvalidArgument, std::string(name) + ": " + text_of(value) + ", expected " + expected);
+  };
+  if (o.window < 9 || o.window > 41 || o.window % 2 == 0) refuse("window_px", o.window, "an odd number from 9 to 41");
+  if (o.stride < 1 || o.stride > 32) refuse("stride_px", o.stride, "1 to 32");
+  if (o.min_component < 1) refuse("min_component", o.min_component, "at least 1");
+  if (!(o.min_correlation > 0 && o.min_correlation < 1))
+    refuse("min_correlation", o.min_correlation, "more than 0 and less than 1");
+  if (!(o.max_left_right > 0)) refuse("max_left_right_px", o.max_left_right, "more than 0");
+  if (!(o.max_sigma > 0)) refuse("max_sigma_px", o.max_sigma, "more than 0");
+  for (int i = 0; i < 3; ++i)
+    if (!(o.volume_min[i] < o.volume_max[i])) refuse("volume_min_mm", o.volume_min[i], "less than volume_max_mm");
+}
+
+void check_size(const ImageView& image, const Camera& camera, const char* name) {
+  if (image.width == camera.width && image.height == camera.height) return;
+  fail(Status::kInvalidArgument, std::string(name) + ": " + std::to_string(image.width) + " x " +
+                                     std::to_string(image.height) + " px, expected " + std::to_string(camera.width) +
+                                     " x " + std::to_string(camera.height) + " of camera " + camera.id);
+}
+
+}  // namespace
+
+struct StereoMatcher::Impl {
+  Camera left_camera, right_camera;
+  StereoOptions options;
+  Rectification rectification;
+  Grid grid;
+  CoarseOptions coarse_options;
+  CoarseWork coarse_work;
+  CoarseMap coarse;
+  Image coefficients;
+  RectifiedImage left, right;
+  MatchField field;
+  std::shared_ptr<StereoResult> result;
+
+  // Disparities that the working volume can have, px. An unbounded volume leaves all from infinity to the image's
+  // width.
+  void bound_disparities() {
+    const Rectification& r = rectification;
+    double nearest = r.baseline / 2, furthest = std::numeric_limits<double>::infinity();
+    if (options.volume_min.allFinite() && options.volume_max.allFinite()) {
+      double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+      for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 x(corner & 1 ? options.volume_max.x() : options.volume_min.x(),
+                     corner & 2 ? options.volume_max.y() : options.volume_min.y(),
+                     corner & 4 ? options.volume_max.z() : options.volume_min.z());
+        const double z = r.room_from_rectified.col(2).dot(x - r.centre);
+        lo = std::min(lo, z), hi = std::max(hi, z);
+      }
+      nearest = std::max(nearest, lo), furthest = std::max(nearest, hi);
+    }
+    coarse_options.disparity_min = r.f * r.baseline / furthest + r.disparity_at_infinity();
+    coarse_options.disparity_max = r.f * r.baseline / nearest + r.disparity_at_infinity();
+  }
+};
+
+StereoMatcher::StereoMatcher(const Run& run, const Rig& rig, const StereoPair& pair, const StereoOptions& options)
+    : impl_(std::make_unique<Impl>()) {
+  check(options);
+  Impl& m = *impl_;
+  m.options = options;
+  m.left_camera = rig.cameras[pair.left];
+  m.right_camera = rig.cameras[pair.right];
+  m.rectification = make_rectification(run, m.left_camera, m.right_camera, options.volume_min, options.volume_max);
+  m.bound_disparities();
+  const RectifiedView& view = m.rectification.left;
+  m.coarse_options.scale = std::min(view.width, view.height) >= kReducibleSide ? 4 : 2;
+  m.grid.stride = options.stride;
+  m.grid.offset = options.stride / 2;
+  m.grid.width = (view.width - m.grid.offset - 1) / options.stride + 1;
+  m.grid.height = (view.height - m.grid.offset - 1) / options.stride + 1;
+}
+
+StereoMatcher::~StereoMatcher() = default;
+StereoMatcher::StereoMatcher(StereoMatcher&&) noexcept = default;
+
+const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const ImageView& left,
+                                                          const ImageView& right) {
+  Impl& m = *impl_;
+  check_size(left, m.left_camera, "left");
+  check_size(right, m.right_camera, "right");
+  rectify(run, left, m.rectification.left, m.coefficients, m.left.value, m.left.mask);
+  rectify(run, right, m.rectification.right, m.coefficients, m.right.value, m.right.mask);
+  coarse_match(run, m.left.value, m.left.mask, m.right.value, m.right.mask, m.coarse_options, m.coarse_work, m.coarse);
+  prepare(run, m.left);
+  prepare(run, m.right);
+  match_grid(run, m.left, m.right, m.coarse, m.grid, m.options, m.field);
+
+  if (!m.result || m.result.use_count() > 1) m.result = std::make_shared<StereoResult>();
+  if (!m.result->surface || m.result->surface.use_count() > 1) m.result->surface = std::make_shared<Surface>();
+  triangulate(run, m.rectification, m.grid, m.options, m.field, *m.result);
+  const bool found = m.result->point_count > 0;
+  m.result->status = found ? Status::kOk : Status::kNotFound;
+  m.result->message = found ? ""
+                            : "no point of the scene could be matched between left and right, expected a textured "
+                              "surface that both cameras see";
+  return m.result;
+}
+
+}  // namespace sgrt

@@ -1,0 +1,16 @@
+// From matches to points in the room, with normals and covariance. docs/theory/stereo.md eq. 12-15.
+#pragma once
+
+#include "core/run.hpp"
+#include "stereo/match.hpp"
+#include "stereo/rectify.hpp"
+#include "stereo/stereo.hpp"
+
+namespace sgrt {
+
+// Fills result (surface, reason, correlation, pixels, counts) from the matches; points outside the volume get their
+// reason.
+void triangulate(const Run& run, const Rectification& rectification, const Grid& grid, const StereoOptions& options,
+                 MatchField& field, StereoResult& result);
+
+}  // namespace sgrt
