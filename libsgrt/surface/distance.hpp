@@ -15,4 +15,9 @@ struct DistanceOptions {
 Eigen::VectorXd signed_distance(const Run& run, const Surface& reference, const Surface& live,
                                 const Pose& reference_from_live, const DistanceOptions& options);
 
+// The same on a reference made ready.
+struct Field;
+Eigen::VectorXd signed_distance(const Run& run, const Field& field, const Surface& live,
+                                const Pose& reference_from_live, double max_distance);
+
 }  // namespace sgrt
