@@ -294,7 +294,7 @@ typedef struct sgrt_roi sgrt_roi;
 /* A polygon in the room's X-Y plane, seen from above: vertices is V x 2, mm, V >= 3, closed by itself. A reference point is
  * inside by the even-odd rule if its normal has z > 0.
  * SGRT_E_INVALID_ARGUMENT  fewer than 3 vertices, non-finite, no area
- * SGRT_E_LIMIT             more than 100,000 vertices. since 0.1 */
+ * SGRT_E_LIMIT             more than 10,000 vertices. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_from_polygon(const sgrt_view *vertices_xy_mm, sgrt_roi **roi);
 /* An axis-aligned box of the room. SGRT_E_INVALID_ARGUMENT  non-finite, or min >= max. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_from_box(const double min_mm[3], const double max_mm[3], sgrt_roi **roi);
@@ -401,7 +401,7 @@ typedef struct sgrt_stereo sgrt_stereo;
 
 typedef struct sgrt_stereo_options {
   uint32_t struct_size;
-  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 17 */
+  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 15 */
   int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 4 */
   int32_t min_component;   /* groups of fewer connected points are rejected as ambiguous; default 30 */
   double volume_min_mm[3]; /* working volume, room axes; it decides the search range. Default -infinity ... */
@@ -422,7 +422,8 @@ enum {
   SGRT_REASON_NO_MATCH = 5,      /* no correlation above min_correlation: occluded, or lit unlike */
   SGRT_REASON_LEFT_RIGHT = 6,    /* the match back from the right image ends elsewhere */
   SGRT_REASON_AMBIGUOUS = 7,     /* an island too small to be trusted */
-  SGRT_REASON_COUNT = 8
+  SGRT_REASON_EDGE = 8,          /* the window straddles the edge of the surface, or a fold that its shape cannot follow */
+  SGRT_REASON_COUNT = 9
 };
 
 /* Matches one pair along its epipolar lines and triangulates (docs/theory/stereo.md).
@@ -511,7 +512,7 @@ SGRT_API void sgrt_icp_free(sgrt_icp *result);
 
 enum { SGRT_VERDICT_NONE = 0, SGRT_VERDICT_OK = 1, SGRT_VERDICT_WEAK = 2 };
 
-/* All numbers are NaN where no pose was found, but for the counts and the observability. */
+/* All numbers are NaN where no pose was found, but for the isocentre, the counts, the inlier share and the free motions. */
 typedef struct sgrt_icp_info {
   uint32_t struct_size;
   sgrt_status status;     /* as sgrt_icp_align returned */

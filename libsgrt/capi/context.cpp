@@ -20,8 +20,8 @@ sgrt_context_options defaults() {
 static_assert(static_cast<int>(Isa::kAuto) == SGRT_ISA_AUTO && static_cast<int>(Isa::kBaseline) == SGRT_ISA_BASELINE &&
               static_cast<int>(Isa::kAvx2) == SGRT_ISA_AVX2);
 
-// The callbacks that are running on this thread, innermost first. A callback that called the library with the context it
-// was called by would be called by that call again, without end.
+// The callbacks that are running on this thread, innermost first. A callback that called the library with the context
+// it was called by would be called by that call again, without end.
 struct Callback {
   const sgrt_context* context;
   const Callback* outer;

@@ -31,7 +31,7 @@ IcpOptions from_c(const sgrt_icp_options& c) {
   IcpOptions o;
   check_range(c.max_iterations, 1, 10'000, "options.max_iterations");
   check_positive(c.max_distance_mm, kMaxCoordinate, "options.max_distance_mm");
-  check_positive(c.max_angle_deg, 180, "options.max_angle_deg");
+  check_positive(c.max_angle_deg, 90, "options.max_angle_deg");
   check_range(c.min_inlier_share, 0, 1, "options.min_inlier_share");
   check_positive(c.step_tolerance_mm, kMaxCoordinate, "options.step_tolerance_mm");
   check_positive(c.weak_sigma_mm, kMaxCoordinate, "options.weak_sigma_mm");

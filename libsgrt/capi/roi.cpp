@@ -3,23 +3,14 @@
 
 using namespace sgrt;
 
-namespace {
-constexpr std::int64_t kMaxVertices = 100'000;
-}
-
 sgrt_status sgrt_roi_from_polygon(const sgrt_view* vertices_xy_mm, sgrt_roi** roi) {
   return guard([&] {
     need(roi, "roi");
     check_view(vertices_xy_mm, "vertices_xy_mm", Kind::kReal, {kAny, 2});
-    check_limit(vertices_xy_mm->shape[0], kMaxVertices, "vertices_xy_mm");
-    std::vector<double> numbers(static_cast<std::size_t>(vertices_xy_mm->shape[0]) * 2);
-    read_view(*vertices_xy_mm, numbers.data());
-    std::vector<Vec2> vertices;
-    for (std::size_t i = 0; i < numbers.size(); i += 2) {
-      const std::string name = "vertices_xy_mm[" + std::to_string(i / 2) + "]";
-      check_place(numbers.data() + i, 2, name.c_str());
-      vertices.emplace_back(numbers[i], numbers[i + 1]);
-    }
+    const std::int64_t n = vertices_xy_mm->shape[0];
+    check_limit(n, kMaxVertices, "vertices_xy_mm");
+    std::vector<Vec2> vertices(static_cast<std::size_t>(n));
+    read_view(*vertices_xy_mm, n > 0 ? vertices[0].data() : nullptr);
     *roi = new sgrt_roi{roi_from_polygon(std::move(vertices))};
   });
 }

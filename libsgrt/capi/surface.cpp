@@ -35,6 +35,7 @@ std::int64_t check_data(const sgrt_surface_data& d) {
     check_view(&d.points, "data.points", Kind::kReal, {kAny, 3});
   }
   const std::int64_t n = d.points.shape[0] * (grid ? d.points.shape[1] : 1);
+  if (n == 0) fail(Status::kInsufficientData, "data.points: no point");
   check_limit(n, kMaxPoints, "data.points");
   if (!absent(&d.normals)) check_beside(d.normals, "data.normals", d.points, 3);
   if (!absent(&d.sigma_mm)) check_beside(d.sigma_mm, "data.sigma_mm", d.points, 0);
@@ -42,7 +43,6 @@ std::int64_t check_data(const sgrt_surface_data& d) {
   std::int64_t faces = 0, modes = 0;
   if (!absent(&d.faces)) {
     check_view(&d.faces, "data.faces", Kind::kIndex, {kAny, 3});
-    if (grid) refuse("data.faces", "given with a grid", "faces only with N x 3 points");
     check_limit(faces = d.faces.shape[0], 2 * kMaxPoints, "data.faces");
   }
   if (!absent(&d.modes)) {
@@ -186,6 +186,7 @@ sgrt_status sgrt_surface_from_height_field(sgrt_context* /*context*/, const sgrt
     check_place(spacing_mm, 2, "spacing_mm");
     if (spacing_mm[0] == 0 || spacing_mm[1] == 0) refuse("spacing_mm", "0", "two numbers other than 0");
     const std::int64_t height = z_mm->shape[0], width = z_mm->shape[1];
+    if (height * width == 0) fail(Status::kInsufficientData, "z_mm: no point");
     check_limit(height * width, kMaxPoints, "z_mm");
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> z(height, width);
     read_view(*z_mm, z.data());

@@ -39,7 +39,7 @@ FuseOptions from_c(const sgrt_surface_fuse_options& c) {
   check_reserved(c.reserved, "options.reserved");
   check_positive(c.max_distance_mm, kMaxCoordinate, "options.max_distance_mm");
   o.max_distance = c.max_distance_mm;
-  check_positive(c.max_angle_deg, 180, "options.max_angle_deg");
+  check_positive(c.max_angle_deg, 90, "options.max_angle_deg");
   o.max_angle_deg = c.max_angle_deg;
   return o;
 }

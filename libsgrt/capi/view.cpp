@@ -123,18 +123,18 @@ Extent extent_of(const sgrt_view& v, const char* name) {
 
 // Dimensions nest, the smaller stride inside the larger: then no element is there twice.
 void check_distinct(const sgrt_view& v, const char* name) {
-  std::array<std::array<std::int64_t, 2>, 6> sides{};  // |stride|, shape
-  std::size_t n = 0;
+  std::array<std::array<std::int64_t, 2>, 6> sides{};  // |stride|, last index; none of a side of 1
   for (int i = 0; i < v.ndim; ++i) {
     if (v.shape[i] == 0) return;
-    if (v.shape[i] > 1) sides[n++] = {v.strides[i] < 0 ? -v.strides[i] : v.strides[i], v.shape[i]};
+    if (v.shape[i] > 1) sides[i] = {v.strides[i] < 0 ? -v.strides[i] : v.strides[i], v.shape[i] - 1};
   }
-  std::sort(sides.begin(), sides.begin() + n);
+  std::sort(sides.begin(), sides.end());
   std::int64_t inner = sgrt_dtype_size(v.dtype);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (sides[i][0] < inner)
-      refuse(name, "a stride of " + std::to_string(sides[i][0]) + " bytes", "an output whose elements do not overlap");
-    inner += sides[i][0] * (sides[i][1] - 1);  // within the extent, so no overflow
+  for (const auto& [stride, last] : sides) {
+    if (last == 0) continue;
+    if (stride < inner)
+      refuse(name, "a stride of " + std::to_string(stride) + " bytes", "an output whose elements do not overlap");
+    inner += stride * last;  // within the extent, so no overflow
   }
 }
 

@@ -24,7 +24,7 @@ float grey(std::uint16_t value) {
   return value;
 }
 float grey(float value) {
-  return std::isfinite(value) ? value : -1;
+  return std::abs(value) <= 1e9F ? value : std::numeric_limits<float>::infinity();
 }
 
 const char* address(const ImageView& view, int y, int x) {

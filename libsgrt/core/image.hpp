@@ -32,8 +32,7 @@ struct Image {
   const float* row(int y) const { return pixels.data() + static_cast<std::size_t>(y) * width; }
 };
 
-// Copies into a float image; NaN and Inf of a float image become -1, below any grey level, so that they are seen as
-// dark.
+// Copies into a float image. In a float image NaN and whatever lies beyond 1e9 become +infinity, which counts as clipped.
 void load(const ImageView& view, Image& out);
 
 }  // namespace sgrt

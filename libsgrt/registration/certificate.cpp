@@ -19,13 +19,15 @@ Vec6 row_of(const Vec3& x, const Vec3& n) {
   return j;
 }
 
-Vec3 mode_at(const Points& mode, std::int64_t row) { return mode.row(row).transpose(); }
+Vec3 mode_at(const Points& mode, std::int64_t row) {
+  return mode.row(row).transpose();
+}
 
 // Sums over the pairs about the pivot (eq. 8-11).
 struct Information {
-  Mat6 shape = Mat6::Zero();  // across the two normal estimates: what both surfaces agree on
+  Mat6 shape = Mat6::Zero();       // across the two normal estimates: what both surfaces agree on
   Mat6 false_part = Mat6::Zero();  // half the square of their difference: what noise and sampling add to a naive sum
-  Mat6 score = Mat6::Zero();  // covariance of the gradient
+  Mat6 score = Mat6::Zero();       // covariance of the gradient
   double weight = 0, u2 = 0;
   std::int64_t count = 0;
 };
@@ -79,7 +81,8 @@ Motions free_motions(const Information& s, double lever, const Mat6& iso_from_pi
   const double sum = total.diagonal().tail<3>().sum();  // of the weights: normals are unit
   total.diagonal().array() += kSlopeFloor * kSlopeFloor * sum;
   const Eigen::GeneralizedSelfAdjointEigenSolver<Mat6> eigen(shape, total);
-  // The sum of the false part over neighbours that share noise is itself uncertain by about 6 / sqrt(count) of it: 3 sigma.
+  // The sum of the false part over neighbours that share noise is itself uncertain by about 6 / sqrt(count) of it: 3
+  // sigma.
   const double margin = 18 / std::sqrt(static_cast<double>(s.count));
   const double threshold = (1 + margin) / (2 + margin);
   Motions free(6, 0);

@@ -1,6 +1,6 @@
-// What a pose found from pairs is worth: the motions that the surfaces leave free, and the covariance of the others at the
-// isocentre. The information is taken across the two independent normal estimates, so that noise in the normals, which makes a
-// plane look rough, is not taken for shape. docs/theory/icp.md eq. 8-13.
+// What a pose found from pairs is worth: the motions that the surfaces leave free, and the covariance of the others at
+// the isocentre. The information is taken across the two independent normal estimates, so that noise in the normals,
+// which makes a plane look rough, is not taken for shape. docs/theory/icp.md eq. 8-13.
 #pragma once
 
 #include <vector>

@@ -48,13 +48,16 @@ void associate(const Run& run, const Problem& problem, const Pose& reference_fro
   const auto rows = static_cast<std::int64_t>(problem.rows.size());
   const std::int64_t count = (rows + limits.step - 1) / limits.step;
   pairs.resize(static_cast<std::size_t>(count));
-  parallel_for(run, count, 1024, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; ++i) {
-      Pair& pair = pairs[static_cast<std::size_t>(i)];
-      const std::int64_t row = problem.rows[static_cast<std::size_t>(i * limits.step)];
-      if (!find_pair(problem, reference_from_live, limits, row, pair)) pair.reference = -1;
-    }
-  }, "closest points");
+  parallel_for(
+      run, count, 1024,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t i = begin; i < end; ++i) {
+          Pair& pair = pairs[static_cast<std::size_t>(i)];
+          const std::int64_t row = problem.rows[static_cast<std::size_t>(i * limits.step)];
+          if (!find_pair(problem, reference_from_live, limits, row, pair)) pair.reference = -1;
+        }
+      },
+      "closest points");
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(), [](const Pair& p) { return p.reference < 0; }), pairs.end());
 }
 

@@ -1,4 +1,4 @@
-// Fine registration: coarse steps on a subset, refinement on all points, verdict. docs/theory/icp.md.
+// Fine registration: prepare, search, certify, judge. docs/theory/icp.md.
 #include "registration/icp.hpp"
 
 #include <algorithm>
@@ -7,29 +7,16 @@
 
 #include "core/parallel.hpp"
 #include "registration/certificate.hpp"
-#include "registration/correspondences.hpp"
 #include "registration/problem.hpp"
-#include "registration/refine.hpp"
+#include "registration/search.hpp"
 #include "surface/distance.hpp"
 
 namespace sgrt {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::int64_t kCoarsePoints = 2000;
-constexpr std::size_t kMinPairs = 6;
-constexpr double kSettled = 0.02;   // sigmas: a step that does not matter
-constexpr int kSettledSteps = 3;    // so many in a row are a limit cycle of flipping pairs, not progress
 constexpr double kWeakShare = 0.5;  // of the live points
 constexpr double kWeakMisfit = 3;   // residuals this many times larger than the noise are not noise
-
-struct Search {
-  Pose pose;  // reference_from_live
-  std::vector<Pair> pairs;
-  int iterations = 0;
-  bool converged = false;
-  double limit;  // mm, of the closest points' distance; shrinks with the residuals
-};
 
 void check(const Vec3& isocentre, const IcpOptions& o) {
   const auto positive = [](double v, const char* name) {
@@ -53,101 +40,6 @@ void check(const Vec3& isocentre, const IcpOptions& o) {
   }
 }
 
-// Gauss-Newton's information and gradient over the pairs, turns scaled by 1 / lever.
-struct Normal {
-  Mat6 A = Mat6::Zero();
-  Vec6 g = Vec6::Zero();
-  Normal& operator+=(const Normal& o) {
-    A += o.A;
-    g += o.g;
-    return *this;
-  }
-};
-
-Normal normal_equations(const Run& run, const std::vector<Pair>& pairs, const Vec3& pivot, double lever) {
-  const auto n = static_cast<std::int64_t>(pairs.size());
-  return parallel_sum(run, n, 4096, Normal{}, [&](std::int64_t begin, std::int64_t end) {
-    Normal sum;
-    for (std::int64_t i = begin; i < end; ++i) {
-      const Pair& p = pairs[static_cast<std::size_t>(i)];
-      const double w = p.weight / p.variance();
-      Vec6 j;
-      j << (p.y - pivot).cross(p.n) / lever, p.n;
-      sum.A.noalias() += w * j * j.transpose();
-      sum.g -= w * p.r * j;
-    }
-    return sum;
-  });
-}
-
-// The step A^-1 g, without the directions that the pairs do not see at all.
-Vec6 step_of(const Normal& normal, double lever) {
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(normal.A);
-  Vec6 step = Vec6::Zero();
-  for (int i = 0; i < 6; ++i) {
-    const double lambda = eigen.eigenvalues()[i];
-    if (lambda <= 1e-9 * eigen.eigenvalues()[5]) continue;
-    step += eigen.eigenvectors().col(i).dot(normal.g) / lambda * eigen.eigenvectors().col(i);
-  }
-  step.head<3>() /= lever;
-  return step;
-}
-
-// The farthest that a pair moves, mm.
-double farthest(const std::vector<Pair>& pairs, const Vec6& twist, const Vec3& pivot) {
-  const Vec3 w = twist.head<3>(), t = twist.tail<3>();
-  double most2 = 0;
-  for (const Pair& p : pairs) {
-    if (p.weight > 0) most2 = std::max(most2, (w.cross(p.y - pivot) + t).squaredNorm());
-  }
-  return std::sqrt(most2);
-}
-
-// The step's length in sigmas of what the pairs determine.
-double in_sigmas(const Normal& normal, Vec6 twist, double lever, double scale) {
-  twist.head<3>() *= lever;
-  return std::sqrt(std::max(0.0, twist.dot(normal.A * twist)) / 6) / scale;
-}
-
-// One round: pairs at the pose, weights, step. `solve` makes the step. Returns whether the search has come to rest.
-template <class Solve>
-bool iterate(const Run& run, const Problem& problem, const IcpOptions& options, std::int64_t step, const Taper& taper,
-             double tolerance, double settled, int& settled_count, Search& s, Solve&& solve) {
-  ++s.iterations;
-  run.poll(static_cast<double>(s.iterations) / options.max_iterations, "registration");
-  associate(run, problem, s.pose, {s.limit, std::cos(options.max_angle_deg * EIGEN_PI / 180), step}, s.pairs);
-  if (s.pairs.size() < kMinPairs) return true;
-  const double scale = robust_scale(s.pairs);
-  weigh(s.pairs, scale, taper);
-  const Normal normal = normal_equations(run, s.pairs, problem.centre, problem.lever);
-  const Vec6 twist = solve(normal);
-  s.pose = motion_about(twist, problem.centre) * s.pose;
-  const double moved = farthest(s.pairs, twist, problem.centre);
-  settled_count = in_sigmas(normal, twist, problem.lever, scale) < settled ? settled_count + 1 : 0;
-  // Pairs five times as far apart as the typical one, or three samples, are not of the same skin.
-  const double reach = problem.field.reach[s.pairs[s.pairs.size() / 2].reference];
-  s.limit = std::min(options.max_distance, std::max(5 * median_distance(s.pairs), 3 * reach));
-  return moved < tolerance || settled_count >= kSettledSteps;
-}
-
-Search search(const Run& run, const Problem& problem, const Pose& initial, const IcpOptions& options) {
-  Search s{initial, {}, 0, false, options.max_distance};
-  const std::int64_t step = std::max<std::int64_t>(1, static_cast<std::int64_t>(problem.rows.size()) / kCoarsePoints);
-  int settled = 0;
-  while (s.iterations < options.max_iterations) {
-    if (iterate(run, problem, options, step, kTukey, 10 * options.step_tolerance, 0.1, settled, s,
-                [&](const Normal& normal) { return step_of(normal, problem.lever); })) {
-      break;
-    }
-  }
-  settled = 0;
-  while (s.iterations < options.max_iterations && s.pairs.size() >= kMinPairs && !s.converged) {
-    s.converged = iterate(run, problem, options, 1, kInliers, options.step_tolerance, kSettled, settled, s,
-                          [&](const Normal&) { return refine(s.pairs, problem.centre); });
-  }
-  return s;
-}
-
 // Live points whose closest reference point, however far, lies in the ROI.
 std::int64_t count_candidates(const Run& run, const Problem& problem, const Pose& pose) {
   const auto rows = static_cast<std::int64_t>(problem.rows.size());
@@ -163,9 +55,13 @@ std::int64_t count_candidates(const Run& run, const Problem& problem, const Pose
   });
 }
 
-std::string percent(double share) { return std::to_string(std::lround(100 * share)) + " %"; }
+std::string percent(double share) {
+  return std::to_string(std::lround(100 * share)) + " %";
+}
 
-std::string rounded(double mm) { return text_of(std::round(1000 * mm) / 1000); }
+std::string rounded(double mm) {
+  return text_of(std::round(1000 * mm) / 1000);
+}
 
 void give_up(IcpResult& result, Status status, const std::string& message) {
   result.status = status;
@@ -208,13 +104,14 @@ void solve(const Run& run, const Problem& problem, const Pose& initial, const Ic
     result.inlier[static_cast<std::size_t>(p.live)] = 1;
   }
   const std::int64_t candidates = count_candidates(run, problem, s.pose);
-  result.inlier_share = static_cast<double>(result.pair_count) / static_cast<double>(std::max<std::int64_t>(1, candidates));
+  result.inlier_share =
+      static_cast<double>(result.pair_count) / static_cast<double>(std::max<std::int64_t>(1, candidates));
   if (result.inlier_share < options.min_inlier_share) {
-    return give_up(result, Status::kNotFound, "the surfaces do not overlap: " + percent(result.inlier_share) +
-                                                  " of the live points match, at least " +
-                                                  percent(options.min_inlier_share) + " are needed");
+    return give_up(result, Status::kNotFound,
+                   "the surfaces do not overlap: " + percent(result.inlier_share) +
+                       " of the live points match, at least " + percent(options.min_inlier_share) + " are needed");
   }
-  if (result.pair_count < static_cast<std::int64_t>(kMinPairs)) {
+  if (result.pair_count < kMinPairs) {
     return give_up(result, Status::kInsufficientData,
                    std::to_string(result.pair_count) + " pairs, at least 6 are needed");
   }
@@ -224,8 +121,7 @@ void solve(const Run& run, const Problem& problem, const Pose& initial, const Ic
     return give_up(result, Status::kDegenerate, "the surfaces leave free: " + join(c.free));
   }
   if (!s.converged) {
-    return give_up(result, Status::kNotConverged,
-                   "still moving after " + std::to_string(s.iterations) + " iterations");
+    return give_up(result, Status::kNotConverged, "still moving after " + std::to_string(s.iterations) + " iterations");
   }
   result.reference_from_live = s.pose;
   result.displacement = displacement_of(s.pose, result.isocentre);

@@ -15,12 +15,12 @@ namespace sgrt {
 
 struct IcpOptions {
   int max_iterations = 60;
-  double max_distance = 40;           // mm
+  double max_distance = 40;  // mm
   double max_angle_deg = 45;
   double min_inlier_share = 0.3;
-  double step_tolerance = 1e-4;       // mm
-  double weak_sigma = 0.5;            // mm; rotations at 100 mm
-  double degenerate_sigma = 5;        // mm
+  double step_tolerance = 1e-4;  // mm
+  double weak_sigma = 0.5;       // mm; rotations at 100 mm
+  double degenerate_sigma = 5;   // mm
 };
 
 enum class Verdict : int { kNone = 0, kOk = 1, kWeak = 2 };
@@ -45,7 +45,7 @@ struct IcpResult {
   std::vector<FreeMotion> free;
   double rms = 0, inlier_share = 0;
   std::int64_t live_height = 0, live_width = 0;
-  Eigen::VectorXd distance;            // signed distance map at the pose; NaN without correspondence
+  Eigen::VectorXd distance;  // signed distance map at the pose; NaN without correspondence
   std::vector<std::uint8_t> inlier;
 };
 

@@ -20,7 +20,9 @@ const Surface& with_normals(const Run& run, const Surface& surface, Surface& sto
   return storage;
 }
 
-bool usable(const Surface& s, std::int64_t i) { return s.present(i) && s.normals(i, 0) == s.normals(i, 0); }
+bool usable(const Surface& s, std::int64_t i) {
+  return s.present(i) && s.normals(i, 0) == s.normals(i, 0);
+}
 
 void require_points(std::int64_t count, const char* where) {
   if (count >= kMinPoints) return;
@@ -28,9 +30,13 @@ void require_points(std::int64_t count, const char* where) {
                                       " usable points (present, with a normal), at least 6 are needed");
 }
 
-bool carries_noise(const Surface& s) { return s.sigma.size() > 0 || s.covariance.rows() > 0; }
+bool carries_noise(const Surface& s) {
+  return s.sigma.size() > 0 || s.covariance.rows() > 0;
+}
 
-double squared_or_zero(double v) { return v == v ? v * v : 0; }
+double squared_or_zero(double v) {
+  return v == v ? v * v : 0;
+}
 
 }  // namespace
 

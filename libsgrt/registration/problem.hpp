@@ -1,5 +1,5 @@
-// What one registration works on: both surfaces with normals, the reference ready for look-ups, who takes part, and the noise
-// of each point. docs/theory/icp.md section 1.
+// What one registration works on: both surfaces with normals, the reference ready for look-ups, who takes part, and the
+// noise of each point. docs/theory/icp.md section 1.
 #pragma once
 
 #include <vector>
@@ -28,12 +28,12 @@ struct Problem {
   Surface estimated_reference, estimated_live;  // copies, only where normals had to be estimated
   Field field;                                  // of the reference
   const Surface* live;
-  std::vector<std::uint8_t> in_roi;  // a reference point; empty: all
-  std::vector<std::int64_t> rows;    // live points that have a normal
-  bool signs_unsure;                 // of the normals, because some were estimated
+  std::vector<std::uint8_t> in_roi;              // a reference point; empty: all
+  std::vector<std::int64_t> rows;                // live points that have a normal
+  bool signs_unsure;                             // of the normals, because some were estimated
   double reference_noise2 = 0, live_noise2 = 0;  // mm2, where the points carry none: the surface's roughness
-  Vec3 centre;   // of the reference points that count: the pivot of all solves
-  double lever;  // mm, their rms distance from it: makes turns comparable with shifts
+  Vec3 centre;                                   // of the reference points that count: the pivot of all solves
+  double lever;                                  // mm, their rms distance from it: makes turns comparable with shifts
 };
 
 }  // namespace sgrt

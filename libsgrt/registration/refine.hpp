@@ -1,5 +1,6 @@
 // One least-squares solve over fixed pairs with ceres::TinySolver (Levenberg-Marquardt):
-// min over (w, t) of sum weight (n . (Exp(w) x + t - z))^2 / variance, x = y - pivot, z = q - pivot. docs/theory/icp.md eq. 6-7.
+// min over (w, t) of sum weight (n . (Exp(w) x + t - z))^2 / variance, x = y - pivot, z = q - pivot. docs/theory/icp.md
+// eq. 6-7.
 #pragma once
 
 #include <vector>

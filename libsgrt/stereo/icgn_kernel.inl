@@ -1,4 +1,4 @@
-// IC-GN of one window along a rectified row: 3 parameters, ZNSSD, cubic B-spline along x. Baker and Matthews (2004);
+// IC-GN of one window along a rectified row: 3 parameters over a given curvature, ZNSSD, cubic B-spline along x. Baker and Matthews (2004);
 // Pan, Li, Tong (2013). docs/theory/stereo.md eq. 6-11. The mean and the gain of the window are projected out of the
 // Jacobian, so [H^-1]_dd is the variance of d with brightness and contrast unknown.
 #include "stereo/lanes.inl"
@@ -89,17 +89,18 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
   const double a02 = total(h02) - v10 * v12 / n - v20 * v22, a11 = total(h11) - v11 * v11 / n - v21 * v21;
   const double a12 = total(h12) - v11 * v12 / n - v21 * v22, a22 = total(h22) - v12 * v12 / n - v22 * v22;
   // Inverse of the symmetric 3 x 3 by cofactors.
-  const double c00 = a11 * a22 - a12 * a12, c01 = a02 * a12 - a01 * a22, c02 = a01 * a12 - a02 * a11;
-  const double c11 = a00 * a22 - a02 * a02, c12 = a01 * a02 - a00 * a12, c22 = a00 * a11 - a01 * a01;
-  const double det = a00 * c00 + a01 * c01 + a02 * c02;
-  if (!(det > 1e-9 * a00 * a11 * a22) || !(c00 > 0)) {
+  const double k00 = a11 * a22 - a12 * a12, k01 = a02 * a12 - a01 * a22, k02 = a01 * a12 - a02 * a11;
+  const double k11 = a00 * a22 - a02 * a02, k12 = a01 * a02 - a00 * a12, k22 = a00 * a11 - a01 * a01;
+  const double det = a00 * k00 + a01 * k01 + a02 * k02;
+  if (!(det > 1e-9 * a00 * a11 * a22) || !(k00 > 0)) {
     match->outcome = kFlat;
     return;
   }
-  match->texture = (float)(c00 / det);
+  match->texture = (float)(k00 / det);
 
   // Positions relative to an integer column keep the float's precision.
   const float start = match->d;
+  const float c20 = match->c20, c11 = match->c11, c02 = match->c02;
   float s = 1 - match->a, b = match->b, d = match->d;
   match->outcome = kDiverged;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
@@ -107,19 +108,24 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     const float shift = (float)(x0 - base) - d;
     const float centre = (float)base + shift;
     // The valid part of a plane is convex: four corners decide. The padding may read on (the planes have a spare row).
-    if (!inside(right, centre - s * half + b * half, y0 - half) || !inside(right, centre + s * half + b * half, y0 - half) ||
-        !inside(right, centre - s * half - b * half, y0 + half) || !inside(right, centre + s * half - b * half, y0 + half)) {
-      match->outcome = kRightView;
-      return;
+    const float h = (float)half;
+    for (int corner = 0; corner < 4; ++corner) {
+      const float i = corner & 1 ? h : -h, j = corner & 2 ? h : -h;
+      const float x = centre + s * i - b * j - (c20 * i * i + c11 * i * j + c02 * j * j);
+      if (!inside(right, x, y0 + (int)j)) {
+        match->outcome = kRightView;
+        return;
+      }
     }
     Lanes sg = all(0), sgg = all(0), sfg = all(0), r0 = all(0), r1 = all(0), r2 = all(0);
     for (int j = 0; j < side; ++j) {
       const float y = (float)(j - half);
       const float* c = right.coefficient + (long)(y0 - half + j) * right.width + base;
+      const float from = shift - (b + c02 * y) * y, slope = s - c11 * y;
       Lanes rg = all(0);
       for (int i = 0; i < pad; i += 8) {
         const Lanes x = __builtin_convertvector(lane + (i - half), Lanes);
-        const Lanes g = (interpolate8(c, s * x + (shift - b * y)) - mean) * load8(keep + j * pad + i);
+        const Lanes g = (interpolate8(c, x * (slope - c20 * x) + from) - mean) * load8(keep + j * pad + i);
         const Lanes gf = g * load8(fx + j * pad + i);
         sg += g, sgg += g * g, sfg += g * load8(f + j * pad + i);
         rg += gf, r1 += gf * x;
@@ -128,7 +134,8 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     }
     const float mean_g = total(sg) / n;
     const float norm2 = total(sgg) - n * mean_g * mean_g;
-    if (!(norm2 > 1e-8F * norm_f * norm_f)) {
+    const float grey = mean + mean_g;
+    if (!(norm2 > 1e-10F * n * grey * grey) || !(norm2 > 0)) {
       match->outcome = kFlat;
       return;
     }
@@ -138,9 +145,9 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     const double e0 = kappa * (total(r0) - mean_g * v10) - v20 * along;
     const double e1 = kappa * (total(r1) - mean_g * v11) - v21 * along;
     const double e2 = kappa * (total(r2) - mean_g * v12) - v22 * along;
-    const float dd = (float)((c00 * e0 + c01 * e1 + c02 * e2) / det);
-    const float da = (float)((c01 * e0 + c11 * e1 + c12 * e2) / det);
-    const float db = (float)((c02 * e0 + c12 * e1 + c22 * e2) / det);
+    const float dd = (float)((k00 * e0 + k01 * e1 + k02 * e2) / det);
+    const float da = (float)((k01 * e0 + k11 * e1 + k12 * e2) / det);
+    const float db = (float)((k02 * e0 + k12 * e1 + k22 * e2) / det);
     match->correlation = zncc;
     // f~ and g~ explain each other's gain; what is left is noise: |f - proj|^2 = |f|^2 (1 - zncc^2), over zncc for both.
     match->noise = 2 * norm_f * norm_f * (1 - zncc) / (n - 5);

@@ -15,12 +15,15 @@ struct Plane {
   int width, height;
 };
 
-// An affine match along the row: left (x0 + i, y0 + j) lies at right x0 + (1 - a) i - b j - d, row y0 + j.
+// A match along the row: left (x0 + i, y0 + j) lies at right x0 + i - (d + a i + b j + c20 i^2 + c11 i j + c02 j^2),
+// row y0 + j. The plane (d, a, b) is refined; the curvature is given.
 struct RowMatch {
   float d, a, b;
+  float c20, c11, c02;
   float correlation;  // ZNCC at the last evaluation
   float texture;      // [H^-1]_dd: variance of d for unit noise variance of f - g, grey levels of the left image
   float noise;        // residual variance of f - g, grey levels squared of the left image
+  float bias2;        // px^2, what the neighbourhood shows beyond noise (set by match.cpp)
   int outcome;        // kConverged ...
 };
 enum { kConverged = 0, kLeftView = 1, kRightView = 2, kClipped = 3, kFlat = 4, kDiverged = 5 };

@@ -11,9 +11,10 @@ namespace sgrt {
 namespace {
 
 using kernels::RowMatch;
+constexpr int kReach = 8;    // px round a window in which its curvature is sought
 constexpr int kBlock = 512;  // grid points: about 2 ms
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr RowMatch kNoMatch{kNan, 0, 0, kNan, kNan, kNan, kernels::kDiverged};
+constexpr RowMatch kNoMatch{kNan, 0, 0, 0, 0, 0, kNan, kNan, kNan, 0, kernels::kDiverged};
 
 Reason reason_of(int outcome) {
   switch (outcome) {
@@ -58,6 +59,11 @@ struct Matcher {
     back.d = static_cast<float>(x_right) - x_left;
     back.a = 1 - 1 / s;
     back.b = -match.b / s;
+    // The inverse of the warp to second order.
+    const float s3 = s * s * s, b = match.b;
+    back.c20 = -match.c20 / s3;
+    back.c11 = -2 * match.c20 * b / s3 - match.c11 / (s * s);
+    back.c02 = -match.c20 * b * b / s3 - match.c11 * b / (s * s) - match.c02 / s;
     const kernels::RefineOptions o{options.window / 2, 6, 2};
     refine(right, left, x_right, y, o, &back);
     if (back.outcome != kernels::kConverged || !(back.correlation >= options.min_correlation)) return false;
@@ -69,6 +75,7 @@ struct Matcher {
 RowMatch extrapolate(const RowMatch& from, int dx, int dy) {
   RowMatch match = from;
   match.d = from.d + from.a * static_cast<float>(dx) + from.b * static_cast<float>(dy);
+  match.c20 = match.c11 = match.c02 = 0;
   return match;
 }
 
@@ -144,6 +151,96 @@ void grow(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& 
   }
 }
 
+// Second order: the curvature of the disparity, from the slopes of the solved neighbours within kReach px (a plane per
+// window is biased by curvature, but its slopes are not). False where there are too few.
+bool curvature_at(const Grid& grid, const MatchField& field, std::int64_t k, RowMatch& match) {
+  const int reach = std::max(1, (kReach + grid.stride / 2) / grid.stride);
+  const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
+  const RowMatch& own = field.matches[k];
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, sa = 0, sb = 0, sax = 0, say = 0, sbx = 0, sby = 0;
+  for (int j = std::max(row - reach, 0); j <= std::min(row + reach, grid.height - 1); ++j)
+    for (int i = std::max(column - reach, 0); i <= std::min(column + reach, grid.width - 1); ++i) {
+      const std::int64_t q = static_cast<std::int64_t>(j) * grid.width + i;
+      if (field.reason[q] != Reason::kNone) continue;
+      const RowMatch& m = field.matches[q];
+      const double x = (i - column) * grid.stride, y = (j - row) * grid.stride;
+      if (std::abs(own.d + own.a * x + own.b * y - m.d) > 1) continue;  // another surface
+      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y;
+      sa += m.a, sb += m.b, sax += m.a * x, say += m.a * y, sbx += m.b * x, sby += m.b * y;
+    }
+  if (n < 6) return false;
+  const double xx = sxx - sx * sx / n, xy = sxy - sx * sy / n, yy = syy - sy * sy / n, det = xx * yy - xy * xy;
+  if (!(det > 0.1 * xx * yy)) return false;
+  const double ax = sax - sa * sx / n, ay = say - sa * sy / n, bx = sbx - sb * sx / n, by = sby - sb * sy / n;
+  const double a_x = (yy * ax - xy * ay) / det, a_y = (xx * ay - xy * ax) / det;
+  const double b_x = (yy * bx - xy * by) / det, b_y = (xx * by - xy * bx) / det;
+  match.c20 = static_cast<float>(a_x / 2), match.c02 = static_cast<float>(b_y / 2);
+  match.c11 = static_cast<float>((a_y + b_x) / 2);
+  return true;
+}
+
+// Refines every match once more over the curvature of its neighbourhood. Reads the first pass, writes the second.
+void bend(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& field) {
+  field.bent = field.matches;
+  field.labels.assign(grid.size(), static_cast<std::int64_t>(Reason::kNone));
+  parallel_for(
+      run, grid.size(), kBlock,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k) {
+          if (field.reason[k] != Reason::kNone) continue;
+          RowMatch match = field.matches[k];
+          if (!curvature_at(grid, field, k, match)) continue;
+          field.labels[k] = static_cast<std::int64_t>(matcher.solve(grid.x(k), grid.y(k), match, 2));
+          field.bent[k] = match;
+        }
+      },
+      "refining");
+  for (std::int64_t k = 0; k < grid.size(); ++k)
+    if (field.reason[k] == Reason::kNone) field.reason[k] = static_cast<Reason>(field.labels[k]);
+  field.matches.swap(field.bent);
+}
+
+// What the quadratic leaves unexplained of the neighbourhood, beyond the noise, is the bias that a window may have
+// there. It joins the sigma. A window of which a quarter has no surface straddles an edge: both sides' speckle pulls at
+// it.
+void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& options, MatchField& field) {
+  const int reach = std::max(1, (options.window / 2 + grid.stride / 2) / grid.stride);
+  field.labels.assign(grid.size(), 0);
+  parallel_for(
+      run, grid.size(), kBlock * 4,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k) {
+          if (field.reason[k] != Reason::kNone) continue;
+          RowMatch& own = field.matches[k];
+          const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
+          int asked = 0, solved = 0;
+          double sum = 0, expected = 0;
+          for (int j = row - reach; j <= row + reach; ++j)
+            for (int i = column - reach; i <= column + reach; ++i) {
+              ++asked;
+              if (i < 0 || j < 0 || i >= grid.width || j >= grid.height) continue;
+              const std::int64_t q = static_cast<std::int64_t>(j) * grid.width + i;
+              if (field.reason[q] != Reason::kNone) continue;
+              const RowMatch& m = field.matches[q];
+              const double x = (i - column) * grid.stride, y = (j - row) * grid.stride;
+              const double off =
+                  own.d + own.a * x + own.b * y + own.c20 * x * x + own.c11 * x * y + own.c02 * y * y - m.d;
+              if (std::abs(off) > 1) continue;
+              ++solved;
+              sum += off * off, expected += variance_of_noise(own) + variance_of_noise(m);
+            }
+          if (4 * solved < 3 * asked) field.labels[k] = 1;
+          field.bent[k].bias2 = static_cast<float>(std::max(0.0, (sum - expected) / std::max(1, solved - 1)));
+        }
+      },
+      "checking");
+  for (std::int64_t k = 0; k < grid.size(); ++k) {
+    if (field.reason[k] != Reason::kNone) continue;
+    field.matches[k].bias2 = field.bent[k].bias2;
+    if (field.labels[k] != 0 || !(sigma_of(field.matches[k]) <= options.max_sigma)) field.reason[k] = Reason::kEdge;
+  }
+}
+
 void check_left_right(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& field) {
   parallel_for(
       run, grid.size(), kBlock,
@@ -181,31 +278,57 @@ void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& 
   }
 }
 
-// A window whose contrast is no more than the noise could not have been matched: no texture, rather than no match.
-void name_flat_windows(const Grid& grid, const StereoOptions& options, MatchField& field) {
-  std::vector<float> noise;
-  noise.reserve(grid.size());
+// What kept an unmatched window from matching, as far as the left image tells.
+Reason explain(const kernels::Plane& image, int x0, int y0, int half, double noise) {
+  if (x0 < half || y0 < half || x0 + half >= image.width || y0 + half >= image.height) return Reason::kOutOfView;
+  double n = 0, sum = 0, square = 0, clipped = 0, outside = 0;
+  for (int y = y0 - half; y <= y0 + half; ++y)
+    for (int x = x0 - half; x <= x0 + half; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * image.width + x;
+      const auto mask = static_cast<Reason>(image.mask[i]);
+      const double g = image.value[i];
+      n += 1, sum += g, square += g * g;
+      clipped += mask == Reason::kSaturated, outside += mask == Reason::kOutOfView;
+    }
+  if (outside > 0) return Reason::kOutOfView;
+  if (clipped > 0.4 * n) return Reason::kSaturated;
+  // Contrast of less than twice the noise is no texture; without any match there is no noise to compare with.
+  const double variance = (square - sum * sum / n) / n;
+  return variance <= 4 * noise || !(variance > 1e-9 * square / n) ? Reason::kNoTexture : Reason::kNoMatch;
+}
+
+void explain_unmatched(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& field) {
+  std::vector<float>& noise = field.noise;
+  noise.clear();
   for (std::int64_t k = 0; k < grid.size(); ++k)
     if (field.reason[k] == Reason::kNone) noise.push_back(field.matches[k].noise);
-  if (noise.empty()) return;
-  std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
-  const float typical = noise[noise.size() / 2];
-  for (std::int64_t k = 0; k < grid.size(); ++k) {
-    RowMatch match = field.matches[k];
-    match.noise = typical;
-    if (field.reason[k] == Reason::kNoMatch && sigma_of(match) > options.max_sigma)
-      field.reason[k] = Reason::kNoTexture;
+  double typical = 0;  // of one image
+  if (!noise.empty()) {
+    std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
+    typical = noise[noise.size() / 2] / 2;
   }
+  parallel_for(
+      run, grid.size(), kBlock * 4,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k)
+          if (field.reason[k] == Reason::kNoMatch)
+            field.reason[k] = explain(matcher.left, grid.x(k), grid.y(k), matcher.options.window / 2, typical);
+      },
+      "checking");
 }
 
 }  // namespace
 
-double sigma_of(const RowMatch& match) {
+double variance_of_noise(const RowMatch& match) {
   // The residual f - g holds two images' noise after interpolation (left: x and y; right: x, y and x again), which
   // damps the fine grain that the residual sees but not the coarse grain that moves the match.
   constexpr double kGain2 = kSplineNoiseGain * kSplineNoiseGain;
   constexpr double kDamping = (kGain2 + kGain2 * kSplineNoiseGain) / 2;
-  return std::sqrt(static_cast<double>(match.noise) * match.texture / kDamping);
+  return static_cast<double>(match.noise) * match.texture / kDamping;
+}
+
+double sigma_of(const RowMatch& match) {
+  return std::sqrt(variance_of_noise(match) + match.bias2);
 }
 
 void prepare(const Run& run, RectifiedImage& image) {
@@ -236,9 +359,11 @@ void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage
   const Matcher matcher(run, left, right, options);
   seed(run, matcher, coarse, grid, field);
   grow(run, matcher, grid, field);
+  bend(run, matcher, grid, field);
   check_left_right(run, matcher, grid, field);
+  judge_neighbourhood(run, grid, options, field);
   remove_islands(grid, options, field);
-  name_flat_windows(grid, options, field);
+  explain_unmatched(run, matcher, grid, field);
 }
 
 }  // namespace sgrt

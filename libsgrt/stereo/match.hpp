@@ -37,14 +37,17 @@ struct Grid {
 
 struct MatchField {
   std::vector<kernels::RowMatch> matches;  // one a grid point
+  std::vector<kernels::RowMatch> bent;     // work: the second pass
   std::vector<Reason> reason;
   std::vector<std::int64_t> wave, tried, labels;  // work
+  std::vector<float> noise;                       // work
 };
 
 void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage& right, const CoarseMap& coarse,
                 const Grid& grid, const StereoOptions& options, MatchField& field);
 
-// One sigma of a match along the row, px.
+// Variance of a match along the row from image noise alone, px^2; sigma_of adds what the window's shape may bias, px.
+double variance_of_noise(const kernels::RowMatch& match);
 double sigma_of(const kernels::RowMatch& match);
 
 }  // namespace sgrt

@@ -126,13 +126,16 @@ Rectification make_rectification(const Run& run, const Camera& left, const Camer
 void rectify(const Run& run, const ImageView& image, const RectifiedView& view, Image& coefficients, Image& out,
              std::vector<std::uint8_t>& mask) {
   load(image, coefficients);
-  // Clipped pixels, found before the prefilter spreads them.
+  // Clipped pixels, found (and made finite) before the prefilter spreads them.
   const float clip = image.clip();
   std::vector<std::uint8_t> clipped;
-  const auto is_clipped = [&](float g) { return g >= clip || g < 0; };
+  const auto is_clipped = [&](float g) { return g >= clip; };
   if (std::any_of(coefficients.pixels.begin(), coefficients.pixels.end(), is_clipped)) {
     clipped.resize(coefficients.pixels.size());
-    for (std::size_t i = 0; i < clipped.size(); ++i) clipped[i] = is_clipped(coefficients.pixels[i]);
+    for (std::size_t i = 0; i < clipped.size(); ++i) {
+      clipped[i] = is_clipped(coefficients.pixels[i]);
+      if (std::isinf(coefficients.pixels[i])) coefficients.pixels[i] = 0;
+    }
   }
   spline_rows(run, coefficients);
   spline_columns(run, coefficients);

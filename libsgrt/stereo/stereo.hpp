@@ -17,7 +17,7 @@
 namespace sgrt {
 
 struct StereoOptions {
-  int window = 17;                                                             // px, odd
+  int window = 15;                                                             // px, odd
   int stride = 4;                                                              // px of the rectified left image
   int min_component = 30;                                                      // points
   Vec3 volume_min = Vec3::Constant(-std::numeric_limits<double>::infinity());  // room, mm
@@ -37,6 +37,7 @@ enum class Reason : std::uint8_t {
   kNoMatch,
   kLeftRight,
   kAmbiguous,
+  kEdge,
   kCount
 };
 
@@ -48,7 +49,7 @@ struct StereoResult {
   std::vector<std::uint8_t> reason;
   std::vector<float> correlation, sigma_px;
   std::vector<double> left_px, right_px;  // height x width x 2, in the images as taken
-  std::array<std::int64_t, 8> reason_count{};
+  std::array<std::int64_t, static_cast<std::size_t>(Reason::kCount)> reason_count{};
   std::int64_t point_count = 0;
   double noise_left, median_sigma_px, median_sigma_mm;
 };

@@ -35,18 +35,22 @@ void affine_weights(const Vec2* u, const double* g, int count, const Vec2& ux, d
 Field make_field(const Run& run, const Surface& surface) {
   Field field{&surface, Nearest(surface.points), Eigen::VectorXd::Zero(surface.size()), {}};
   field.ring.setConstant(surface.size(), 8, -1);
-  parallel_for(run, surface.size(), 1024, [&](std::int64_t begin, std::int64_t end) {
-    Nearest::Hit hits[kRing];
-    for (std::int64_t i = begin; i < end; ++i) {
-      if (!surface.present(i)) continue;
-      const int n = field.nearest.neighbours(surface.point(i), kRing, std::numeric_limits<double>::infinity(), hits);
-      field.reach[i] = std::sqrt(hits[n - 1].distance2);
-      int k = 0;
-      for (int h = 0; h < n && k < 8; ++h) {
-        if (hits[h].index != i) field.ring(i, k++) = static_cast<std::int32_t>(hits[h].index);
-      }
-    }
-  }, "spacing");
+  parallel_for(
+      run, surface.size(), 1024,
+      [&](std::int64_t begin, std::int64_t end) {
+        Nearest::Hit hits[kRing];
+        for (std::int64_t i = begin; i < end; ++i) {
+          if (!surface.present(i)) continue;
+          const int n =
+              field.nearest.neighbours(surface.point(i), kRing, std::numeric_limits<double>::infinity(), hits);
+          field.reach[i] = std::sqrt(hits[n - 1].distance2);
+          int k = 0;
+          for (int h = 0; h < n && k < 8; ++h) {
+            if (hits[h].index != i) field.ring(i, k++) = static_cast<std::int32_t>(hits[h].index);
+          }
+        }
+      },
+      "spacing");
   return field;
 }
 

@@ -1,5 +1,6 @@
-// Fusion, surface after surface: where a later one covers a point of the fused cloud, the point moves along the normal to
-// the mean weighted by inverse variances and the later surface's own points are dropped. docs/theory/surface.md eq. 7-9.
+// Fusion, surface after surface: where a later one covers a point of the fused cloud, the point moves along the normal
+// to the mean weighted by inverse variances and the later surface's own points are dropped. docs/theory/surface.md eq.
+// 7-9.
 #include "surface/fuse.hpp"
 
 #include <algorithm>
@@ -84,15 +85,18 @@ void set_variance_along(Surface& s, std::int64_t i, const Vec3& n, double varian
 // The other surface at each point of `at`; nearest is -1 where it does not show the same skin.
 std::vector<FieldDistance> look_up(const Run& run, const Surface& at, const Field& field, const FuseOptions& options) {
   std::vector<FieldDistance> found(static_cast<std::size_t>(at.size()));
-  const double min_cos = std::cos(options.max_angle_deg * EIGEN_PI / 180);
-  parallel_for(run, at.size(), 512, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; ++i) {
-      FieldDistance& f = found[static_cast<std::size_t>(i)];
-      f = {-1, kNan, kNan, Vec3::Constant(kNan)};
-      if (at.present(i)) f = distance_at(field, at.point(i), options.max_distance);
-      if (f.nearest >= 0 && !(f.normal.dot(at.normal(i)) >= min_cos)) f.nearest = -1;
-    }
-  }, "fusing");
+  const double min_cos = std::cos(options.max_angle_deg * 3.14159265358979323846 / 180);
+  parallel_for(
+      run, at.size(), 512,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t i = begin; i < end; ++i) {
+          FieldDistance& f = found[static_cast<std::size_t>(i)];
+          f = {-1, kNan, kNan, Vec3::Constant(kNan)};
+          if (at.present(i)) f = distance_at(field, at.point(i), options.max_distance);
+          if (f.nearest >= 0 && !(f.normal.dot(at.normal(i)) >= min_cos)) f.nearest = -1;
+        }
+      },
+      "fusing");
   return found;
 }
 
@@ -139,7 +143,8 @@ void check(const std::vector<const Surface*>& surfaces, const FuseOptions& optio
     }
   }
   if (!(options.max_distance > 0)) {
-    fail(Status::kInvalidArgument, "max_distance_mm is " + text_of(options.max_distance) + ", expected a positive number");
+    fail(Status::kInvalidArgument,
+         "max_distance_mm is " + text_of(options.max_distance) + ", expected a positive number");
   }
   if (!(options.max_angle_deg > 0 && options.max_angle_deg <= 90)) {
     fail(Status::kInvalidArgument, "max_angle_deg is " + text_of(options.max_angle_deg) + ", expected 0 to 90");

@@ -9,7 +9,7 @@
 namespace sgrt {
 
 struct FuseOptions {
-  double max_distance = 3;    // mm
+  double max_distance = 3;  // mm
   double max_angle_deg = 60;
 };
 

@@ -71,16 +71,19 @@ double roughness(const Run& run, const Surface& surface, const Nearest& nearest)
   const std::int64_t step = std::max<std::int64_t>(1, surface.size() / kRoughnessPoints);
   const std::int64_t count = (surface.size() + step - 1) / step;
   std::vector<double> variance(static_cast<std::size_t>(count), kNan);
-  parallel_for(run, count, 256, [&](std::int64_t begin, std::int64_t end) {
-    Nearest::Hit hits[kRoughnessNeighbours];
-    for (std::int64_t i = begin; i < end; ++i) {
-      const std::int64_t row = i * step;
-      if (!surface.present(row)) continue;
-      const int n = nearest.neighbours(surface.point(row), kRoughnessNeighbours,
-                                       std::numeric_limits<double>::infinity(), hits);
-      variance[static_cast<std::size_t>(i)] = fit_local(surface.points, surface.point(row), hits, n).variance;
-    }
-  }, "measuring noise");
+  parallel_for(
+      run, count, 256,
+      [&](std::int64_t begin, std::int64_t end) {
+        Nearest::Hit hits[kRoughnessNeighbours];
+        for (std::int64_t i = begin; i < end; ++i) {
+          const std::int64_t row = i * step;
+          if (!surface.present(row)) continue;
+          const int n = nearest.neighbours(surface.point(row), kRoughnessNeighbours,
+                                           std::numeric_limits<double>::infinity(), hits);
+          variance[static_cast<std::size_t>(i)] = fit_local(surface.points, surface.point(row), hits, n).variance;
+        }
+      },
+      "measuring noise");
   variance.erase(std::remove_if(variance.begin(), variance.end(), [](double v) { return !(v == v); }), variance.end());
   if (variance.empty()) return kNan;
   const auto middle = variance.begin() + static_cast<std::ptrdiff_t>(variance.size() / 2);

@@ -1,6 +1,7 @@
-// The shape of a surface near one point, from its neighbours: the principal frame of a plane fit, then a quadric in that
-// frame, so that the normal is right to second order on curved skin and at borders, where a plane leans. Cazals and Pouget,
-// "Estimating differential quantities using polynomial fitting of osculating jets" (2005). docs/theory/surface.md eq. 1-3.
+// The shape of a surface near one point, from its neighbours: the principal frame of a plane fit, then a quadric in
+// that frame, so that the normal is right to second order on curved skin and at borders, where a plane leans. Cazals
+// and Pouget, "Estimating differential quantities using polynomial fitting of osculating jets" (2005).
+// docs/theory/surface.md eq. 1-3.
 #pragma once
 
 #include <vector>
@@ -16,7 +17,7 @@ struct LocalFit {
   double variance;  // mm2, of the neighbours' heights about the fit; NaN where there are too few to tell
 };
 
-constexpr int kMinNeighbours = 6;    // of a plane fit
+constexpr int kMinNeighbours = 6;  // of a plane fit
 constexpr int kQuadricNeighbours = 10;
 
 // hits: the neighbours of x among `points`, x itself included.

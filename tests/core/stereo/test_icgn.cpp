@@ -47,7 +47,8 @@ constexpr kernels::RefineOptions kOptions{7, 20, 4};
 
 RowMatch refine(const RectifiedImage& left, const RectifiedImage& right, float d, int x = 60, int y = 40,
                 const kernels::RefineOptions& options = kOptions) {
-  RowMatch match{d, 0, 0, 0, 0, 0, 0};
+  RowMatch match{};
+  match.d = d;
   kernels::refine_row_baseline(left.plane(), right.plane(), x, y, options, &match);
   return match;
 }
@@ -151,7 +152,8 @@ TEST(Icgn, BothInstructionSetsGiveTheSameBits) {
   if (detect_isa() != Isa::kAvx2) GTEST_SKIP() << "this machine has no AVX2";
   const RectifiedImage left = image_of(texture, 2, 1), right = warped(2.4, 0.05, 0.02, 0.7, 9, 2, 2);
   for (int half : {4, 7, 8, 11, 20}) {
-    RowMatch a{2, 0, 0, 0, 0, 0, 0}, b = a;
+    RowMatch a{}, b{};
+    a.d = b.d = 2;
     const kernels::RefineOptions o{half, 20, 4};
     kernels::refine_row_baseline(left.plane(), right.plane(), 60, 40, o, &a);
     kernels::refine_row_avx2(left.plane(), right.plane(), 60, 40, o, &b);

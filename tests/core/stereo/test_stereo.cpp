@@ -109,12 +109,12 @@ TEST(Stereo, SameBitsAtAnyThreadCountAndInstructionSet) {
   };
   for (const int threads : {2, 3, 4, 8}) {
     ThreadPool pool(threads);
-    Run run;
+    sgrt::Run run;
     run.pool = &pool;
     EXPECT_TRUE(equal(*run_stereo(rig, c, {}, run))) << threads << " threads";
   }
   if (detect_isa() == Isa::kAvx2) {
-    Run run;
+    sgrt::Run run;
     run.isa = Isa::kAvx2;
     EXPECT_TRUE(equal(*run_stereo(rig, c, {}, run))) << "AVX2";
   }

@@ -1,0 +1,58 @@
+"""The command line `sgrt` (docs/formats.md): one module a command."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Sequence
+
+import click
+
+from .. import __version__
+from ..errors import Error
+from ._common import Failure, exit_code, one_line
+from .register import register
+from .stereo import stereo
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="sgrt", message="%(prog)s %(version)s")
+def group() -> None:
+    """Surface-guided radiation therapy: camera images of a patient's skin to a six-degree couch shift.
+
+    Lengths are mm; the room frame is IEC 61217 fixed. Not a medical device.
+
+    Exit codes: 0 an answer; 1 the data have none; 2 the call or a file is wrong; 130 cancelled; 3 a defect of the program.
+    """
+
+
+group.add_command(stereo)
+group.add_command(register)
+if importlib.util.find_spec("sgrt.demo"):
+    from .demo import demo
+
+    group.add_command(demo)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs a command; returns its exit code. An error is one line on standard error."""
+    try:
+        code = group.main(args=None if argv is None else list(argv), prog_name="sgrt", standalone_mode=False)
+        return code if isinstance(code, int) else 0
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.ctx.get_help() if error.ctx else "", err=True)
+        return 2
+    except click.ClickException as error:
+        message, code = error.format_message(), 2
+    except (KeyboardInterrupt, click.Abort):
+        message, code = "cancelled", 130
+    except (Failure, Error, OSError, MemoryError) as error:
+        message, code = str(error), exit_code(error)
+        if isinstance(error, OSError) and error.filename is not None:
+            message = f"{error.filename}: {error.strerror}"
+        elif isinstance(error, MemoryError) and not message:
+            message = "out of memory"
+    except Exception as error:
+        message, code = f"a defect of sgrt, please report it: {type(error).__name__}: {error}", 3
+    print(f"sgrt: {one_line(message)}", file=sys.stderr)
+    return code

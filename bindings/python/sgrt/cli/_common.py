@@ -1,0 +1,110 @@
+"""What every command has: --threads, --json, a progress bar, one-line errors and exit codes."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+from tqdm import tqdm
+
+from .._core import Context
+from ..errors import Error
+from ..io._files import plain
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+FILE = click.Path(path_type=Path)
+BAR_AFTER_S = 1.0
+
+
+class Failure(Exception):
+    """What a command says itself; exit code 2."""
+
+
+def exit_code(error: BaseException) -> int:
+    """The table of docs/abi.md. A file that cannot be read or written is the call's fault, memory is not."""
+    if isinstance(error, Failure):
+        return 2
+    if isinstance(error, Error):
+        if error.status < 10:
+            return 2
+        return 1 if error.status < 20 else 130 if error.word == "cancelled" else 3
+    return 3 if isinstance(error, MemoryError) else 2
+
+
+def one_line(message: str) -> str:
+    return " ".join(message.split())
+
+
+def common(command: Command) -> Command:
+    """The options of every command."""
+
+    @click.option("--threads", type=click.IntRange(0, 256), default=0, metavar="N", help="Threads in all; default: one a core.")
+    @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on standard output.")
+    @functools.wraps(command)
+    def wrapped(*args: Any, **kwargs: Any) -> Any:
+        return command(*args, **kwargs)
+
+    return wrapped  # type: ignore[return-value]
+
+
+@contextlib.contextmanager
+def working(threads: int) -> Iterator[Context]:
+    """A context with a progress bar on standard error, once the work takes over a second and a person looks."""
+    tqdm.monitor_interval = 0  # its monitor would be one thread more than granted
+    bar = tqdm(
+        total=1.0,
+        delay=BAR_AFTER_S,
+        leave=False,
+        disable=None,  # off where standard error is no terminal
+        file=sys.stderr,
+        bar_format="{desc} {percentage:3.0f} %|{bar}| {elapsed}",
+    )
+
+    def progress(fraction: float, stage: str) -> None:
+        if not bar.disable:
+            bar.set_description_str(stage, refresh=False)
+            bar.update(fraction - bar.n)
+
+    with bar:
+        yield Context(threads=threads, progress=progress)
+
+
+class Stopwatch:
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
+
+    def ms(self) -> float:
+        return round((time.perf_counter() - self._start) * 1e3, 3)
+
+
+@contextlib.contextmanager
+def about(what: object) -> Iterator[None]:
+    """Puts what a call was about before the library's message."""
+    try:
+        yield
+    except Error as error:
+        raise type(error)(f"{what}: {error}", result=error.result) from error
+
+
+def check_out(path: Path) -> None:
+    """Says before the work, not after it, that the result has no place."""
+    if not path.parent.is_dir():
+        raise Failure(f"{path}: the folder {path.parent} does not exist")
+    if path.is_dir():
+        raise Failure(f"{path}: is a folder")
+    if not os.access(path.parent, os.W_OK):
+        raise Failure(f"{path}: the folder {path.parent} is not writable")
+
+
+def print_json(document: dict[str, Any]) -> None:
+    print(json.dumps(plain(document), allow_nan=False))
+
+
