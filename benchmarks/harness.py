@@ -1,8 +1,8 @@
 """Times ours and a peer alternately (A B A B ...) and makes a row of it.
 
 A peer lives in a process of its own, benchmarks/peers.py in the virtual environment .venv-peers, so that its libraries
-and thread pools cannot meet ours. Both sides read the same .npz file, prepare, and take the time of each call themselves,
-by time.perf_counter round the call alone.
+and thread pools cannot meet ours. Both sides read the same .npz file, prepare, and take the time of each call
+themselves, by time.perf_counter round the call alone.
 """
 
 import json

@@ -34,7 +34,7 @@ def test_calls_alternate_and_medians_leave_the_first_round_out():
 
 def test_row():
     row = harness.row("work", 2.0, "peer", 5.0, 0.012345678, np.nan, "mm", 1)
-    assert list(row) == "work ours_ms peer peer_ms ratio ours_error peer_error unit threads".split()
+    assert list(row) == ["work", "ours_ms", "peer", "peer_ms", "ratio", "ours_error", "peer_error", "unit", "threads"]
     assert (row["ratio"], row["ours_error"], row["peer_error"]) == (2.5, 0.01235, None)
 
 
