@@ -58,7 +58,7 @@ Surface surface_from_height_field(const Eigen::Ref<const Heights>& z, const Vec2
           origin.y() + static_cast<double>(i) * spacing.y(), z(i, j);
       const double zx = slope(j > 0 ? z(i, j - 1) : kNaN, z(i, j), j + 1 < z.cols() ? z(i, j + 1) : kNaN) / spacing.x();
       const double zy = slope(i > 0 ? z(i - 1, j) : kNaN, z(i, j), i + 1 < z.rows() ? z(i + 1, j) : kNaN) / spacing.y();
-      s.normals.row(k) = Vec3(-zx, -zy, 1).normalized();
+      if (std::isfinite(zx) && std::isfinite(zy)) s.normals.row(k) = Vec3(-zx, -zy, 1).normalized();
     }
   }
   return make_surface(std::move(s));

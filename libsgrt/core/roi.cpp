@@ -13,16 +13,6 @@ namespace {
   fail(Status::kInvalidArgument, message);
 }
 
-// Twice the enclosed area where the path does not cross itself. About the first vertex, so that little cancels.
-double shoelace(const std::vector<Vec2>& v) {
-  double sum = 0;
-  for (std::size_t i = 1; i + 1 < v.size(); ++i) {
-    const Vec2 a = v[i] - v[0], b = v[i + 1] - v[0];
-    sum += a.x() * b.y() - a.y() * b.x();
-  }
-  return sum;
-}
-
 // Length of the line y inside the polygon by the even-odd rule.
 double length_inside(const std::vector<Vec2>& v, double y) {
   std::vector<double> x;
@@ -37,25 +27,22 @@ double length_inside(const std::vector<Vec2>& v, double y) {
   return length;
 }
 
-// A path that crosses itself can enclose equal areas both ways round (a figure of eight): then lines between the
-// heights of its vertices decide, two to each gap because one may run through the crossing.
+// By lines between the heights of the vertices, two to each gap because one may run through a crossing of the edges.
+// The shoelace formula will not do: a figure of eight has the sum 0, a triangle gone round twice is even everywhere.
 bool has_area(const std::vector<Vec2>& v) {
-  constexpr double kTiny = 1e-12;
+  std::vector<double> y;
   Vec2 low = v[0], high = v[0];
   for (const Vec2& x : v) {
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
+    y.push_back(x.y());
   }
-  const Vec2 size = high - low;
-  if (std::abs(shoelace(v)) > kTiny * size.x() * size.y()) return true;
-  std::vector<double> y;
-  for (const Vec2& x : v) y.push_back(x.y());
   std::sort(y.begin(), y.end());
+  const double tiny = 1e-12 * (high - low).maxCoeff();
   for (std::size_t i = 0; i + 1 < y.size(); ++i) {
     const double gap = y[i + 1] - y[i];
-    if (gap <= kTiny * size.y()) continue;
-    if (length_inside(v, y[i] + 0.31 * gap) > kTiny * size.x()) return true;
-    if (length_inside(v, y[i] + 0.62 * gap) > kTiny * size.x()) return true;
+    if (gap <= tiny) continue;
+    if (length_inside(v, y[i] + 0.31 * gap) > tiny || length_inside(v, y[i] + 0.62 * gap) > tiny) return true;
   }
   return false;
 }

@@ -1,6 +1,7 @@
 // Preparing both surfaces. docs/theory/icp.md section 1.
 #include "registration/problem.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -58,9 +59,14 @@ Problem::Problem(const Run& run, const Surface& reference_in, const Surface& liv
   require_points(count, roi != nullptr ? "the reference within the roi" : "the reference");
   centre /= static_cast<double>(count);
   double sum2 = 0;
+  std::vector<double> reach;
   for (std::int64_t i = 0; i < r.size(); ++i) {
-    if (usable(r, i) && counts(i)) sum2 += (r.point(i) - centre).squaredNorm();
+    if (!usable(r, i) || !counts(i)) continue;
+    sum2 += (r.point(i) - centre).squaredNorm();
+    reach.push_back(field.reach[i]);
   }
+  std::nth_element(reach.begin(), reach.begin() + count / 2, reach.end());
+  spacing = reach[static_cast<std::size_t>(count / 2)];
   lever = std::max(1e-3, std::sqrt(sum2 / static_cast<double>(count)));
 
   for (std::int64_t i = 0; i < live->size(); ++i) {

@@ -33,6 +33,7 @@ struct Problem {
   bool signs_unsure;                             // of the normals, because some were estimated
   double reference_noise2 = 0, live_noise2 = 0;  // mm2, where the points carry none: the surface's roughness
   Vec3 centre;                                   // of the reference points that count: the pivot of all solves
+  double spacing = 0;  // mm, the median reach of the reference's samples
   double lever;                                  // mm, their rms distance from it: makes turns comparable with shifts
 };
 

@@ -12,8 +12,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::int64_t kCoarsePoints = 2000;
-constexpr double kSettled = 0.02;  // sigmas: a step that does not matter
-constexpr int kSettledSteps = 3;   // so many in a row are a limit cycle of flipping pairs, not progress
+constexpr double kFlicker = 0.25;  // sigmas: pairs that change to and fro may leave this much undecided
 
 // Gauss-Newton's information and gradient over the pairs, turns scaled by 1 / lever.
 struct Normal {
@@ -65,50 +64,71 @@ double farthest(const std::vector<Pair>& pairs, const Vec6& twist, const Vec3& p
   return std::sqrt(most2);
 }
 
-// The step's length in sigmas of what the pairs determine.
-double in_sigmas(const Normal& normal, Vec6 twist, double lever, double scale) {
-  twist.head<3>() *= lever;
-  return std::sqrt(std::max(0.0, twist.dot(normal.A * twist)) / 6) / scale;
+// Two twists' product in the metric of the information, in which a sigma has length 1.
+double product(const Normal& normal, const Vec6& a, const Vec6& b, double lever) {
+  Vec6 unit;
+  unit << Vec3::Constant(lever), Vec3::Ones();
+  return a.cwiseProduct(unit).dot(normal.A * b.cwiseProduct(unit)) / 6;
 }
 
-// One round: pairs at the pose, weights, step. `solve` makes the step. Returns whether the search has come to rest.
-template <class Solve>
-bool iterate(const Run& run, const Problem& problem, const IcpOptions& options, std::int64_t step, const Taper& taper,
-             double tolerance, double settled, int& settled_count, Search& s, Solve&& solve) {
-  ++s.iterations;
-  run.poll(static_cast<double>(s.iterations) / options.max_iterations, "registration");
-  associate(run, problem, s.pose, {s.limit, std::cos(options.max_angle_deg * kPi / 180), step}, s.pairs);
-  if (static_cast<std::int64_t>(s.pairs.size()) < kMinPairs) return true;
-  const double scale = robust_scale(s.pairs);
-  weigh(s.pairs, scale, taper);
-  const Normal normal = normal_equations(run, s.pairs, problem.centre, problem.lever);
-  const Vec6 twist = solve(normal);
-  s.pose = motion_about(twist, problem.centre) * s.pose;
-  const double moved = farthest(s.pairs, twist, problem.centre);
-  settled_count = in_sigmas(normal, twist, problem.lever, scale) < settled ? settled_count + 1 : 0;
-  // Pairs five times as far apart as the typical one, or three samples, are not of the same skin.
-  const double reach = problem.field.reach[s.pairs[s.pairs.size() / 2].reference];
-  s.limit = std::min(options.max_distance, std::max(5 * median_distance(s.pairs), 3 * reach));
-  return moved < tolerance || settled_count >= kSettledSteps;
-}
+// Takes steps until they come to rest. New pairs make the sum jump, so near the minimum the steps may go to and fro for
+// ever between poses a small part of a sigma apart: each turn back halves the gain, and the search rests in between.
+class Stage {
+ public:
+  Stage(const Run& run, const Problem& problem, const IcpOptions& options, bool coarse)
+      : run_(run), problem_(problem), options_(options), coarse_(coarse) {
+    const auto rows = static_cast<std::int64_t>(problem.rows.size());
+    limits_.min_cos = std::cos(options.max_angle_deg * kPi / 180);
+    limits_.step = coarse ? std::max<std::int64_t>(1, rows / kCoarsePoints) : 1;
+    tolerance_ = coarse ? 10 * options.step_tolerance : options.step_tolerance;
+  }
+
+  // One round: pairs at the pose, weights, step. Returns whether the search has come to rest.
+  bool iterate(Search& s) {
+    ++s.iterations;
+    run_.poll(static_cast<double>(s.iterations) / options_.max_iterations, "registration");
+    limits_.max_distance = s.limit;
+    associate(run_, problem_, s.pose, limits_, s.pairs);
+    if (static_cast<std::int64_t>(s.pairs.size()) < kMinPairs) return false;
+    const double scale = robust_scale(s.pairs);
+    weigh(s.pairs, scale, coarse_ ? kTukey : kInliers);
+    const Normal normal = normal_equations(run_, s.pairs, problem_.centre, problem_.lever);
+    const Vec6 step = coarse_ ? step_of(normal, problem_.lever) : refine(s.pairs, problem_.centre);
+    if (product(normal, step, last_, problem_.lever) < 0) gain_ *= 0.5;
+    last_ = step;
+    const Vec6 taken = gain_ * step;
+    const double moved = farthest(s.pairs, taken, problem_.centre);
+    s.pose = motion_about(taken, problem_.centre) * s.pose;
+    // Pairs five times as far apart as the typical one are not of the same skin, unless sampling alone does it.
+    s.limit = std::min(options_.max_distance, std::max(5 * median_distance(s.pairs), 3 * problem_.spacing));
+    const double sigmas = std::sqrt(product(normal, step, step, problem_.lever)) / scale;
+    return moved < tolerance_ && (gain_ == 1 || sigmas < kFlicker);
+  }
+
+ private:
+  const Run& run_;
+  const Problem& problem_;
+  const IcpOptions& options_;
+  const bool coarse_;
+  PairLimits limits_{};
+  double tolerance_;
+  double gain_ = 1;
+  Vec6 last_ = Vec6::Zero();
+};
 
 }  // namespace
 
 Search search(const Run& run, const Problem& problem, const Pose& initial, const IcpOptions& options) {
   Search s{initial, {}, 0, false, options.max_distance};
-  const std::int64_t step = std::max<std::int64_t>(1, static_cast<std::int64_t>(problem.rows.size()) / kCoarsePoints);
-  int settled = 0;
-  while (s.iterations < options.max_iterations) {
-    if (iterate(run, problem, options, step, kTukey, 10 * options.step_tolerance, 0.1, settled, s,
-                [&](const Normal& normal) { return step_of(normal, problem.lever); })) {
-      break;
+  const auto enough = [&] { return static_cast<std::int64_t>(s.pairs.size()) >= kMinPairs; };
+  for (const bool coarse : {true, false}) {
+    Stage stage(run, problem, options, coarse);
+    const int end = coarse ? std::max(1, options.max_iterations / 2) : options.max_iterations;
+    for (bool rest = false; !rest && s.iterations < end;) {
+      rest = stage.iterate(s);
+      if (!enough()) return s;
+      s.converged = rest && !coarse;
     }
-  }
-  settled = 0;
-  while (s.iterations < options.max_iterations && static_cast<std::int64_t>(s.pairs.size()) >= kMinPairs &&
-         !s.converged) {
-    s.converged = iterate(run, problem, options, 1, kInliers, options.step_tolerance, kSettled, settled, s,
-                          [&](const Normal&) { return refine(s.pairs, problem.centre); });
   }
   return s;
 }

@@ -102,6 +102,7 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
   const float start = match->d;
   const float c20 = match->c20, c11 = match->c11, c02 = match->c02;
   float s = 1 - match->a, b = match->b, d = match->d;
+  float offset = mean;  // of g: the first iteration corrects it, so that the sums do not cancel
   match->outcome = kDiverged;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     const int base = x0 - (int)(d + 16384.F) + 16384;
@@ -125,7 +126,7 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
       Lanes rg = all(0);
       for (int i = 0; i < pad; i += 8) {
         const Lanes x = __builtin_convertvector(lane + (i - half), Lanes);
-        const Lanes g = (interpolate8(c, x * (slope - c20 * x) + from) - mean) * load8(keep + j * pad + i);
+        const Lanes g = (interpolate8(c, x * (slope - c20 * x) + from) - offset) * load8(keep + j * pad + i);
         const Lanes gf = g * load8(fx + j * pad + i);
         sg += g, sgg += g * g, sfg += g * load8(f + j * pad + i);
         rg += gf, r1 += gf * x;
@@ -134,8 +135,8 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     }
     const float mean_g = total(sg) / n;
     const float norm2 = total(sgg) - n * mean_g * mean_g;
-    const float grey = mean + mean_g;
-    if (!(norm2 > 1e-10F * n * grey * grey) || !(norm2 > 0)) {
+    offset += mean_g;
+    if (!(norm2 > 1e-10F * n * offset * offset) || !(norm2 > 0)) {
       match->outcome = kFlat;
       return;
     }

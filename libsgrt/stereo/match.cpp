@@ -205,6 +205,7 @@ void bend(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& 
 // it.
 void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& options, MatchField& field) {
   const int reach = std::max(1, (options.window / 2 + grid.stride / 2) / grid.stride);
+  const double side = options.window, second_moment = (side * side - 1) / 12;
   field.labels.assign(grid.size(), 0);
   parallel_for(
       run, grid.size(), kBlock * 4,
@@ -227,10 +228,13 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
                   own.d + own.a * x + own.b * y + own.c20 * x * x + own.c11 * x * y + own.c02 * y * y - m.d;
               if (std::abs(off) > 1) continue;
               ++solved;
-              sum += off * off, expected += variance_of_noise(own) + variance_of_noise(m);
+              // Noise alone: windows that overlap by rho share it, and the slopes carry theirs outwards (eq. 12).
+              const double rho = std::max(0.0, 1 - std::abs(x) / side) * std::max(0.0, 1 - std::abs(y) / side);
+              sum += off * off;
+              expected += variance_of_noise(m) * (1 - rho) * (2 + (x * x + y * y) / second_moment);
             }
           if (4 * solved < 3 * asked) field.labels[k] = 1;
-          field.bent[k].bias2 = static_cast<float>(std::max(0.0, (sum - expected) / std::max(1, solved - 1)));
+          field.bent[k].bias2 = static_cast<float>(std::max(0.0, (sum - 2 * expected) / std::max(1, solved)));
         }
       },
       "checking");

@@ -1,7 +1,8 @@
 """Surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
 
-Lengths are mm, angles rad unless a name ends in _deg; a pose `a_from_b` maps b-coordinates to a; the room frame is IEC 61217 fixed.
-Every number comes from the C library (include/sgrt.h); files and the command line are Python's. This is not a medical device.
+Lengths are mm, angles rad unless a name ends in _deg; a pose `a_from_b` maps b-coordinates to a; the room frame is IEC
+61217 fixed. Every number comes from the C library (include/sgrt.h); files and the command line are Python's. This is
+not a medical device.
 """
 
 from . import errors, frames, io

@@ -14,13 +14,17 @@ _SIX = ([0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2])
 
 
 def _turn(rotation: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.einsum("ij,...j->...i", rotation, vectors)  # no BLAS: the same bits at any number of threads
+    turned: NDArray[np.float64] = np.einsum(
+        "ij,...j->...i", rotation, vectors
+    )  # no BLAS: the same bits at any thread count
+    return turned
 
 
 def turn_surface(surface: Surface, *, couch_deg: float, isocentre_mm: ArrayLike) -> Surface:
     """A surface captured with the couch at 0, turned with the couch about the vertical axis through the isocentre.
 
-    couch_deg: counter-clockwise seen from above (IEC 61217 patient support). Normals, covariance and modes turn with it.
+    couch_deg: counter-clockwise seen from above (IEC 61217 patient support). Normals, covariance and modes turn with
+    it.
     """
     rotation = fixed_from_couch(couch_deg)[:3, :3]
     isocentre = np.asarray(isocentre_mm, dtype=np.float64)
@@ -40,7 +44,7 @@ def turn_surface(surface: Surface, *, couch_deg: float, isocentre_mm: ArrayLike)
 
 
 def turn_roi(roi: Roi, *, couch_deg: float, isocentre_mm: ArrayLike) -> Roi:
-    """A polygon, turned as turn_surface turns the reference that it was drawn on. A box has no turned twin: InvalidArgument."""
+    """A polygon, turned as turn_surface turns the reference that it was drawn on; a box cannot: InvalidArgument."""
     if roi.polygon_xy_mm is None:
         raise InvalidArgument("a box cannot turn with the couch; give a polygon")
     isocentre = np.asarray(isocentre_mm, dtype=np.float64)[:2]

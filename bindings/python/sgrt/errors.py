@@ -8,7 +8,8 @@ from . import _core
 class Error(Exception):
     """What the library answered instead of a result: one line that names the argument, its value and what was expected.
 
-    status: the number in sgrt.h. result: for statuses 10 to 19 the result with its diagnostics, its numbers NaN; else None.
+    status: the number in sgrt.h. result: for statuses 10 to 19 the result with its diagnostics, its numbers NaN; else
+    None.
     """
 
     status: int = 23

@@ -1,7 +1,7 @@
 """The script `sgrt`.
 
-A package of its own, because it must speak before numpy is imported: numpy's BLAS would start a thread a core, and a process
-must not have more threads than `--threads` grants.
+A package of its own, because it must speak before numpy is imported: numpy's BLAS would start a thread a core, and a
+process must not have more threads than `--threads` grants.
 """
 
 import os

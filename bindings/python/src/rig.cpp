@@ -62,14 +62,14 @@ py::ssize_t rows(const InView& array) {
   return array.view.shape[0];
 }
 
-py::array project(const Rig& rig, const std::string& camera_id, const ArrayLike& x_in_room,
-                  const std::optional<py::array>& given, Context* context) {
+Doubles project(const Rig& rig, const std::string& camera_id, const ArrayLike& x_in_room,
+                const std::optional<py::array>& given, Context* context) {
   const InView x(x_in_room, "x_in_room", Accept::kFloats);
   const char* id = c_text(camera_id, "camera_id");
   py::array pixels = out_array(given, SGRT_F64, {rows(x), 2});
   const sgrt_mut_view view = out_view(pixels, "out", SGRT_F64);
   run(context, [&](sgrt_context* c) { return sgrt_rig_project(c, rig.handle.get(), id, &x.view, &view, nullptr); });
-  return pixels;
+  return py::reinterpret_borrow<Doubles>(pixels);
 }
 
 std::pair<Doubles, Doubles> project_jacobian(const Rig& rig, const std::string& camera_id, const ArrayLike& x_in_room,
@@ -82,8 +82,8 @@ std::pair<Doubles, Doubles> project_jacobian(const Rig& rig, const std::string& 
   return {pixels, jacobian};
 }
 
-std::pair<py::array, Doubles> unproject(const Rig& rig, const std::string& camera_id, const ArrayLike& pixels,
-                                        const std::optional<py::array>& given, Context* context) {
+std::pair<Doubles, Doubles> unproject(const Rig& rig, const std::string& camera_id, const ArrayLike& pixels,
+                                      const std::optional<py::array>& given, Context* context) {
   const InView p(pixels, "pixels", Accept::kFloats);
   const char* id = c_text(camera_id, "camera_id");
   py::array directions = out_array(given, SGRT_F64, {rows(p), 3});
@@ -91,7 +91,7 @@ std::pair<py::array, Doubles> unproject(const Rig& rig, const std::string& camer
   double centre[3];
   run(context,
       [&](sgrt_context* c) { return sgrt_rig_unproject(c, rig.handle.get(), id, &p.view, &view, nullptr, centre); });
-  return {directions, fixed_array(centre, {3})};
+  return {py::reinterpret_borrow<Doubles>(directions), fixed_array(centre, {3})};
 }
 
 std::pair<Doubles, Doubles> unproject_jacobian(const Rig& rig, const std::string& camera_id, const ArrayLike& pixels,

@@ -27,11 +27,11 @@ Roi box(const ArrayLike& min_mm, const ArrayLike& max_mm) {
   return roi;
 }
 
-py::array mask(const Roi& roi, const Surface& surface, const std::optional<py::array>& given) {
+py::array_t<uint8_t> mask(const Roi& roi, const Surface& surface, const std::optional<py::array>& given) {
   py::array result = out_array(given, SGRT_U8, point_shape(surface.handle.get()));
   const sgrt_mut_view view = out_view(result, "out", SGRT_U8);
   run([&] { return sgrt_roi_mask(roi.handle.get(), surface.handle.get(), &view); });
-  return result;
+  return py::reinterpret_borrow<py::array_t<uint8_t>>(result);
 }
 
 py::tuple state_of(const Roi& roi) {

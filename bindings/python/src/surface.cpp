@@ -83,12 +83,12 @@ std::pair<Surface, FuseInfo> fuse(const std::vector<const Surface*>& surfaces, d
                              &info);
   });
   return {std::move(result),
-          {info.surface_count, info.point_count, info.overlap_count, info.disagreement_mean_mm,
-           info.disagreement_rms_mm, info.disagreement_expected_mm}};
+          FuseInfo{info.surface_count, info.point_count, info.overlap_count, info.disagreement_mean_mm,
+                   info.disagreement_rms_mm, info.disagreement_expected_mm}};
 }
 
-py::array distance(const Surface& reference, const Surface& live, const MaybeArray& reference_from_live,
-                   double max_distance_mm, const std::optional<py::array>& given, Context* context) {
+Doubles distance(const Surface& reference, const Surface& live, const MaybeArray& reference_from_live,
+                 double max_distance_mm, const std::optional<py::array>& given, Context* context) {
   std::optional<Mat4> pose;
   if (reference_from_live) pose.emplace(*reference_from_live, "reference_from_live");
   auto options = defaults(sgrt_surface_distance_options_init);
@@ -99,7 +99,7 @@ py::array distance(const Surface& reference, const Surface& live, const MaybeArr
     return sgrt_surface_distance(c, reference.handle.get(), live.handle.get(), pose ? pose->v : nullptr, &options,
                                  &view);
   });
-  return result;
+  return py::reinterpret_borrow<Doubles>(result);
 }
 
 std::string repr(const py::object& self) {

@@ -22,7 +22,8 @@ def group() -> None:
 
     Lengths are mm; the room frame is IEC 61217 fixed. Not a medical device.
 
-    Exit codes: 0 an answer; 1 the data have none; 2 the call or a file is wrong; 130 cancelled; 3 a defect of the program.
+    Exit codes: 0 an answer; 1 the data have none; 2 the call or a file is wrong; 130 cancelled; 3 a defect of the
+    program.
     """
 
 

@@ -46,7 +46,9 @@ def one_line(message: str) -> str:
 def common(command: Command) -> Command:
     """The options of every command."""
 
-    @click.option("--threads", type=click.IntRange(0, 256), default=0, metavar="N", help="Threads in all; default: one a core.")
+    @click.option(
+        "--threads", type=click.IntRange(0, 256), default=0, metavar="N", help="Threads in all; default: one a core."
+    )
     @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on standard output.")
     @functools.wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> Any:
@@ -106,5 +108,3 @@ def check_out(path: Path) -> None:
 
 def print_json(document: dict[str, Any]) -> None:
     print(json.dumps(plain(document), allow_nan=False))
-
-

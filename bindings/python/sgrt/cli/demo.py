@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 
 import click
@@ -10,7 +11,9 @@ from ._common import FILE, Failure, common
 
 
 @click.command(epilog="Example: sgrt demo --out demo-out")
-@click.option("--out", type=FILE, default=Path("sgrt-demo"), metavar="DIR", help="Where the files go; default: sgrt-demo.")
+@click.option(
+    "--out", type=FILE, default=Path("sgrt-demo"), metavar="DIR", help="Where the files go; default: sgrt-demo."
+)
 @common
 def demo(out: Path, threads: int, as_json: bool) -> int | None:
     """The main job: a simulated room, two pods, capture -> surface -> six shifts, with a picture.
@@ -18,7 +21,8 @@ def demo(out: Path, threads: int, as_json: bool) -> int | None:
     Needs the extras twin and plot: pip install 'sgrt[twin,plot]'.
     """
     try:
-        from ..demo import run
+        run = importlib.import_module("sgrt.demo").run
     except ModuleNotFoundError as error:
         raise Failure(f"the demo needs {error.name}: pip install 'sgrt[twin,plot]'") from error
-    return run(out=out, threads=threads, as_json=as_json)
+    code: int | None = run(out=out, threads=threads, as_json=as_json)
+    return code

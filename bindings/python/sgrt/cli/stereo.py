@@ -52,31 +52,56 @@ def _print(out: Path, surface: Surface, pairs: list[dict[str, Any]], fusion: dic
     for pair in pairs:
         total = sum(pair["reasons"].values())
         rejected = {word: n for word, n in pair["reasons"].items() if n and word != "none"}
-        print(f"{pair['id']}: {pair['points']} of {total} grid points, median sigma {pair['median_sigma_mm']:.3f} mm"
-              f" ({pair['median_sigma_px']:.3f} px); rejected: "
-              + (", ".join(f"{n} {word}" for word, n in rejected.items()) or "none"))
+        print(
+            f"{pair['id']}: {pair['points']} of {total} grid points, median sigma {pair['median_sigma_mm']:.3f} mm"
+            f" ({pair['median_sigma_px']:.3f} px); rejected: "
+            + (", ".join(f"{n} {word}" for word, n in rejected.items()) or "none")
+        )
     if fusion:
-        print(f"fused: {fusion['overlap_count']} points in the overlap, disagreement {fusion['disagreement_rms_mm']:.3f} mm RMS"
-              f" (mean {fusion['disagreement_mean_mm']:+.3f}, expected {fusion['disagreement_expected_mm']:.3f})")
+        print(
+            f"fused: {fusion['overlap_count']} points in the overlap,"
+            f" disagreement {fusion['disagreement_rms_mm']:.3f} mm RMS"
+            f" (mean {fusion['disagreement_mean_mm']:+.3f}, expected {fusion['disagreement_expected_mm']:.3f})"
+        )
     print(f"{out}: {surface.point_count} points")
 
 
 @click.command(epilog="Example: sgrt stereo --rig rig.json --pair pod1 left.png right.png --out surface.ply")
 @click.option("--rig", "rig_file", type=FILE, required=True, metavar="FILE", help="The calibrated room, rig.json.")
-@click.option("--pair", "pairs", type=(str, FILE, FILE), multiple=True, required=True, metavar="ID LEFT RIGHT",
-              help="A pair of the rig and its two images, 8 or 16 bit grey PNG. Several pairs are fused.")
+@click.option(
+    "--pair",
+    "pairs",
+    type=(str, FILE, FILE),
+    multiple=True,
+    required=True,
+    metavar="ID LEFT RIGHT",
+    help="A pair of the rig and its two images, 8 or 16 bit grey PNG. Several pairs are fused.",
+)
 @click.option("--out", type=FILE, required=True, metavar="FILE", help="The surface, PLY.")
-@click.option("--volume", type=float, nargs=6, metavar="X0 Y0 Z0 X1 Y1 Z1",
-              help="Working volume, mm, room axes; default: wherever both cameras see.")
+@click.option(
+    "--volume",
+    type=float,
+    nargs=6,
+    metavar="X0 Y0 Z0 X1 Y1 Z1",
+    help="Working volume, mm, room axes; default: wherever both cameras see.",
+)
 @click.option("--stride", "stride_px", type=int, metavar="PX", help="A point every so many pixels, 1 to 32.")
 @click.option("--window", "window_px", type=int, metavar="PX", help="Side of the square window, odd, 9 to 41.")
 @common
-def stereo(rig_file: Path, pairs: tuple[tuple[str, Path, Path], ...], out: Path, volume: tuple[float, ...] | None,
-           stride_px: int | None, window_px: int | None, threads: int, as_json: bool) -> int:
+def stereo(
+    rig_file: Path,
+    pairs: tuple[tuple[str, Path, Path], ...],
+    out: Path,
+    volume: tuple[float, ...] | None,
+    stride_px: int | None,
+    window_px: int | None,
+    threads: int,
+    as_json: bool,
+) -> int:
     """Reconstructs a surface from pairs of speckle images.
 
-    The surface holds normals, sigma_mm and covariance; from one pair it is the organised grid, from several one fused cloud, and
-    how far the pods disagree where they overlap is reported.
+    The surface holds normals, sigma_mm and covariance; from one pair it is the organised grid, from several one fused
+    cloud, and how far the pods disagree where they overlap is reported.
     """
     watch = Stopwatch()
     check_out(out)
@@ -99,13 +124,23 @@ def stereo(rig_file: Path, pairs: tuple[tuple[str, Path, Path], ...], out: Path,
         if as_json and 10 <= error.status < 20:
             found = [*results, error.result if isinstance(error.result, Stereo) else None]
             described = [_describe(pair[0], result) for pair, result in zip(pairs, found, strict=False)]
-            print_json({"status": error.word, "surface": None, "pairs": described, "fusion": None, "timing_ms": watch.ms()})
+            print_json(
+                {"status": error.word, "surface": None, "pairs": described, "fusion": None, "timing_ms": watch.ms()}
+            )
         raise
     write_surface(out, surface)
     described = [_describe(pair[0], result) for pair, result in zip(pairs, results, strict=True)]
     if as_json:
-        print_json({"status": "ok", "surface": str(out), "points": surface.point_count, "pairs": described,
-                    "fusion": _describe_fusion(fusion), "timing_ms": watch.ms()})
+        print_json(
+            {
+                "status": "ok",
+                "surface": str(out),
+                "points": surface.point_count,
+                "pairs": described,
+                "fusion": _describe_fusion(fusion),
+                "timing_ms": watch.ms(),
+            }
+        )
     else:
         _print(out, surface, described, _describe_fusion(fusion))
     return 0

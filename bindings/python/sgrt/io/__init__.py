@@ -1,4 +1,5 @@
-"""Files, one module a format. Readers check everything and name the file and the cause; writers write whole files or none.
+"""Files, one module a format. Readers check everything and name the file and the cause; writers write whole files or
+none.
 
 A missing file is an OSError, a malformed one sgrt.FormatError (also a ValueError).
 """

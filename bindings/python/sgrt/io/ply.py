@@ -105,7 +105,9 @@ def _check(header: _Header, file_bytes: int) -> None:
     least = sum(e.count * (2 * e.least_words if ascii_text else e.least_bytes) for e in header.elements)
     if least > file_bytes - header.size + ascii_text:
         counts = ", ".join(f"{e.count} {e.name}" for e in header.elements)
-        raise FormatError(f"cut short: the header promises {counts}, at least {least} bytes; {file_bytes - header.size} follow it")
+        raise FormatError(
+            f"cut short: the header promises {counts}, at least {least} bytes; {file_bytes - header.size} follow it"
+        )
     vertex = header.element("vertex")
     if vertex is None:
         raise FormatError("no element 'vertex'")
@@ -113,7 +115,7 @@ def _check(header: _Header, file_bytes: int) -> None:
         raise LimitError(f"{vertex.count} points; at most {MAX_POINTS}")
     for names in (POINT, NORMAL, COVARIANCE, ("sigma_mm",)):
         present = [name for name in names if name in vertex.properties]
-        if present and len(present) != len(names) or not present and names is POINT:
+        if (present and len(present) != len(names)) or (not present and names is POINT):
             missing = next(name for name in names if name not in vertex.properties)
             raise FormatError(f"vertex lacks the property {missing!r}")
         for name in present:
@@ -138,10 +140,10 @@ def _grid(comments: list[str], points: int) -> tuple[int, int] | None:
     return height, width
 
 
-def _correlation(comments: list[str]) -> float | None:
+def _correlation(comments: list[str]) -> float:
     words = _tagged(comments, "correlation_points", 1)
     if words is None:
-        return None
+        return 1.0  # independent points
     try:
         value = float(words[0])
     except ValueError:
@@ -183,10 +185,10 @@ def _faces(ply: PlyData, element: _Element, name: str) -> NDArray[np.int32]:
         if lengths - {3}:
             raise FormatError(f"a face with {max(lengths - {3})} corners; expected triangles")
         rows = np.stack(list(rows)) if len(rows) else np.empty((0, 3), np.int32)
-    indices = rows.astype(np.int64).reshape(element.count, -1)
-    if indices.size and (indices.min() < 0 or indices.max() >= ply["vertex"].count):
-        raise FormatError(f"a face names the point {indices.max() if indices.min() >= 0 else indices.min()}; "
-                          f"there are {ply['vertex'].count}")
+    indices: NDArray[np.int64] = np.asarray(rows, dtype=np.int64).reshape(element.count, -1)
+    wrong = indices[(indices < 0) | (indices >= ply["vertex"].count)]
+    if wrong.size:
+        raise FormatError(f"a face names the point {wrong[0]}; there are {ply['vertex'].count}")
     return indices.astype(np.int32)
 
 
@@ -237,14 +239,15 @@ def _surface(stream: BinaryIO) -> Surface:
         covariance=array(COVARIANCE),
         faces=_faces(ply, face, face_name) if face and face_name else None,
         modes=np.stack(modes).astype("f8") if modes else None,
-        **({} if correlation is None else {"correlation_points": correlation}),
+        correlation_points=correlation,
     )
 
 
 def read_surface(path: PathLike) -> Surface:
     """The surface of a PLY file.
 
-    Raises OSError (missing), FormatError (malformed; the message names the file and cause), InsufficientData (no point).
+    Raises OSError (missing), FormatError (malformed; the message names the file and cause), InsufficientData (no
+    point).
     """
     with naming(path), Path(path).open("rb") as stream:
         return _surface(stream)

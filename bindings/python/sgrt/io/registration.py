@@ -14,7 +14,7 @@ from ._files import PathLike, check_schema, naming, numbers, parse_json, read_te
 
 SCHEMA = "sgrt-registration/1"
 _NAN = float("nan")
-_NO_SHIFT = {name: _NAN for name in PatientDisplacement().as_dict()}
+_NO_SHIFT = dict.fromkeys(PatientDisplacement().as_dict(), _NAN)
 
 
 def registration_document(
@@ -26,7 +26,8 @@ def registration_document(
 ) -> dict[str, Any]:
     """The document of a result, its keys in the order of the schema; NaN becomes null when it is written.
 
-    result: of icp_align, or the `.result` of its error; None where there is none (then status and isocentre_mm say what is known).
+    result: of icp_align, or the `.result` of its error; None where there is none (then status and isocentre_mm say what
+    is known).
     timing_ms: written by the command line only.
     """
     document: dict[str, Any] = {
@@ -85,4 +86,3 @@ def read_pose(path: PathLike) -> NDArray[np.float64]:
         except InvalidArgument as error:
             raise FormatError(str(error)) from error
         return pose
-

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from .bodies import head, torso
 from .camera import Camera
 from .checks import Array
-from .pattern import Projector, pattern
+from .pattern import Projector, speckles
 from .phantom import Blob, Phantom
 from .pose import displacement, random_displacement
 from .room import Room
@@ -31,9 +31,9 @@ __all__ = [
     "displacement",
     "distance",
     "head",
-    "pattern",
     "random_displacement",
     "sample_surface",
+    "speckles",
     "torso",
     "true_match",
     "truth_depth",

@@ -10,6 +10,8 @@ from __future__ import annotations
 from . import checks
 from .phantom import Blob, Phantom
 
+Triple = tuple[float, float, float]
+
 
 def torso(scale: float = 1.0, breath_mm: float = 0.0, albedo: float = 0.6, texture: float = 0.0) -> Phantom:
     """A trunk from the hips to the neck, isocentre in the chest, its front about 100 mm above it.
@@ -109,34 +111,46 @@ def head(scale: float = 1.0, albedo: float = 0.6, texture: float = 0.0) -> Phant
 
 def _pair(
     size: float,
-    centre: tuple[float, float, float],
-    axes: tuple[float, float, float],
-    turn_deg: tuple[float, float, float] = (0, 0, 0),
+    centre: Triple,
+    axes: Triple,
+    turn_deg: Triple = (0, 0, 0),
 ) -> tuple[Blob, Blob]:
     """A feature on the left and its mirror image on the right, 3 % weaker."""
     (x, y, z), (a, b, c) = centre, turn_deg
     return Blob(size, centre, axes, turn_deg), Blob(0.97 * size, (-x, y, z), axes, (a, -b, -c))
 
 
-def _build(name, parts, bumps, sharpness, spine, facet_mm, marks, scale, albedo, texture) -> Phantom:
+def _build(
+    name: str,
+    parts: tuple[Blob, ...],
+    bumps: tuple[Blob, ...],
+    sharpness: float,
+    spine: Triple,
+    facet_mm: float,
+    marks: tuple[tuple[str, Triple, int], ...],
+    scale: float,
+    albedo: float,
+    texture: float,
+) -> Phantom:
     k = checks.number("scale", scale, 0.5, 2.0)
 
     def grown(blobs: tuple[Blob, ...]) -> tuple[Blob, ...]:
         return tuple(
-            Blob(k * b.size, tuple(k * v for v in b.centre), tuple(k * v for v in b.axes), b.turn_deg)
-            for b in blobs
-            if b.size
+            Blob(k * b.size, _times(k, b.centre), _times(k, b.axes), b.turn_deg) for b in blobs if b.size
         )
 
-    marks = tuple((mark, tuple(k * v for v in near), sign) for mark, near, sign in marks)
     return Phantom(
         name=name,
         parts=grown(parts),
         bumps=grown(bumps),
         sharpness=sharpness / k,
-        spine=tuple(k * v for v in spine),
-        facet_mm=facet_mm * k,
-        marks=marks,
+        spine=_times(k, spine),
+        facet_mm=k * facet_mm,
+        marks=tuple((mark, _times(k, near), sign) for mark, near, sign in marks),
         albedo=albedo,
         texture=texture,
     )
+
+
+def _times(k: float, v: Triple) -> Triple:
+    return k * v[0], k * v[1], k * v[2]

@@ -50,7 +50,7 @@ class Projector:
         where = np.stack([row, column])
         where[~np.isfinite(where)] = -1e9
         return ndimage.map_coordinates(
-            pattern_spline(self),
+            _spline(self),
             where,
             output=np.float32,
             order=3,
@@ -61,7 +61,7 @@ class Projector:
 
 
 @functools.lru_cache(maxsize=8)
-def pattern(projector: Projector) -> np.ndarray:
+def speckles(projector: Projector) -> np.ndarray:
     """The pattern's samples, 0 to 1, shape (height, width) float32, read-only."""
     width, height = projector.image_size
     rng = np.random.Generator(
@@ -79,6 +79,6 @@ def pattern(projector: Projector) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=8)
-def pattern_spline(projector: Projector) -> np.ndarray:
+def _spline(projector: Projector) -> np.ndarray:
     """Cubic spline coefficients of the pattern, shape (height, width) float32."""
-    return ndimage.spline_filter(pattern(projector), order=3, output=np.float32, mode="mirror")
+    return ndimage.spline_filter(speckles(projector), order=3, output=np.float32, mode="mirror")

@@ -167,7 +167,7 @@ class Phantom:
             values.append(0.5 * part.size * (q - 1.0))
             slopes.append(part.size * np.stack(w, axis=-1))
         _, shares = self._union(values)
-        mean = sum(share[:, None] * slope for share, slope in zip(shares, slopes, strict=True))
+        mean = np.sum([share[:, None] * slope for share, slope in zip(shares, slopes, strict=True)], axis=0)
         total = self.sharpness * _outer(mean)
         for part, share, slope in zip(self.parts, shares, slopes, strict=True):
             total += share[:, None, None] * (part.size * part.weight - self.sharpness * _outer(slope))
