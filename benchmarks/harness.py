@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PEERS_VENV = ROOT / ".venv-peers"
 
 Arrays = dict[str, np.ndarray]
-Timed = Callable[[], tuple[float, Arrays]]  # runs once: milliseconds, what came out
+Timed = Callable[[int], tuple[float, Arrays]]  # of the round: milliseconds, what came out
 
 
 def need_peers() -> Path:
@@ -36,7 +36,7 @@ def need_peers() -> Path:
 
 
 class Peer:
-    """A named peer of peers.py with its inputs loaded and prepared; a call runs it once."""
+    """A named peer of peers.py with its inputs loaded and prepared; call it with the number of the round."""
 
     def __init__(self, name: str, inputs: Path, threads: int):
         environment = os.environ | {"OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
@@ -47,8 +47,8 @@ class Peer:
         )
         self._answer()  # prepared
 
-    def __call__(self) -> tuple[float, Arrays]:
-        self.process.stdin.write("run\n")
+    def __call__(self, index: int) -> tuple[float, Arrays]:
+        self.process.stdin.write(f"{index}\n")
         self.process.stdin.flush()
         milliseconds = self._answer()
         with np.load(self.output) as arrays:
@@ -69,28 +69,24 @@ class Peer:
         self.process.stdout.close()
 
 
-def timed(work: Callable[[], Arrays]) -> Timed:
+def timed(work: Callable[[int], Arrays]) -> Timed:
     """Ours as the peers do it: the time of the call alone."""
 
-    def call() -> tuple[float, Arrays]:
+    def call(index: int) -> tuple[float, Arrays]:
         start = time.perf_counter()
-        arrays = work()
+        arrays = work(index)
         return (time.perf_counter() - start) * 1e3, arrays
 
     return call
 
 
-def alternate(ours: Timed, peer: Timed, repeats: int) -> tuple[float, float, Arrays, Arrays]:
-    """Medians of both over A B A B ..., and what both gave last; one round before them is not counted."""
-    ours()
-    peer()
-    times = [], []
-    for _ in range(repeats):
-        a, ours_arrays = ours()
-        b, peer_arrays = peer()
-        times[0].append(a)
-        times[1].append(b)
-    return statistics.median(times[0]), statistics.median(times[1]), ours_arrays, peer_arrays
+def alternate(ours: Timed, peer: Timed, repeats: int) -> tuple[float, float, list[Arrays], list[Arrays]]:
+    """Medians of both over A B A B ... (one round before them is not counted), and what both gave in each round."""
+    ours(0)
+    peer(0)
+    rounds = [(ours(index), peer(index)) for index in range(repeats)]
+    (a, ours_arrays), (b, peer_arrays) = (zip(*side, strict=True) for side in zip(*rounds, strict=True))
+    return statistics.median(a), statistics.median(b), list(ours_arrays), list(peer_arrays)
 
 
 def row(

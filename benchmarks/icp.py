@@ -32,15 +32,13 @@ def displacement() -> np.ndarray:
     return d
 
 
-def scene(count: int) -> Arrays:
+def scene(count: int, rounds: int) -> Arrays:
+    """Newly drawn points and noise for each round."""
     rng = np.random.default_rng(count)
     d = displacement()
-    reference, body = torso(count, rng), torso(count, rng)
+    reference, body = (np.stack([torso(count, rng) for _ in range(rounds)]) for _ in range(2))
     live = body @ d[:3, :3].T + d[:3, 3]
-    return {
-        "reference": reference + rng.normal(0, 0.2, reference.shape),
-        "live": live + rng.normal(0, 0.2, live.shape),
-    }
+    return {name: x + rng.normal(0, 0.2, x.shape) for name, x in (("reference", reference), ("live", live))}
 
 
 def errors(reference_from_live: np.ndarray) -> tuple[float, float]:
@@ -67,15 +65,22 @@ def ours(inputs: Arrays, threads: int):
             return {"reference_from_live": np.full((4, 4), np.nan)}
         return {"reference_from_live": result.reference_from_live}
 
+    pairs = list(zip(inputs["reference"], inputs["live"], strict=True))
     if inputs["with_preparation"]:
-        return timed(lambda: align(prepare(inputs["reference"]), prepare(inputs["live"])))
-    reference, live = prepare(inputs["reference"]), prepare(inputs["live"])
-    return timed(lambda: align(reference, live))
+        return timed(lambda index: align(*map(prepare, pairs[index])))
+    ready = [tuple(map(prepare, pair)) for pair in pairs]
+    return timed(lambda index: align(*ready[index]))
+
+
+def rms_errors(rounds: list[Arrays]) -> tuple[float, float]:
+    """mm and deg over the rounds; NaN if any of them had no answer."""
+    mm, deg = np.sqrt(np.mean([np.square(errors(arrays["reference_from_live"])) for arrays in rounds], axis=0))
+    return float(mm), float(deg)
 
 
 def rows(folder: Path, repeats: int, threads: int) -> Iterator[dict]:
     for count in POINTS:
-        clouds = scene(count)
+        clouds = scene(count, repeats)
         for with_preparation in (False, True):
             inputs = clouds | {"with_preparation": np.array(with_preparation)}
             path = folder / "icp.npz"
@@ -84,6 +89,5 @@ def rows(folder: Path, repeats: int, threads: int) -> Iterator[dict]:
             for name in PEERS:
                 with Peer(name, path, threads) as peer:
                     ours_ms, peer_ms, a, b = alternate(ours(inputs, threads), peer, repeats)
-                found = zip(errors(a["reference_from_live"]), errors(b["reference_from_live"]), strict=True)
-                for (ours_error, peer_error), unit in zip(found, ("mm", "deg"), strict=True):
+                for ours_error, peer_error, unit in zip(rms_errors(a), rms_errors(b), ("mm", "deg"), strict=True):
                     yield row(work, ours_ms, name, peer_ms, ours_error, peer_error, unit, threads)

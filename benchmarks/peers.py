@@ -1,7 +1,8 @@
 """One peer, in a process and a virtual environment of its own: peers.py NAME INPUTS.npz THREADS OUTPUT.npz
 
-Prepares, says so, then runs once for each line on standard input: answers with the milliseconds on standard output and
-leaves the arrays in OUTPUT.npz. A peer is a function of (inputs, threads) that prepares and returns the call to time.
+Prepares, says so, then runs once for each line on standard input, the number of the round: answers with the
+milliseconds on standard output and leaves the arrays in OUTPUT.npz. A peer is a function of (inputs, threads) that
+prepares and returns the call to time, a function of the round.
 """
 
 import json
@@ -48,11 +49,11 @@ def small_gicp_align(kind):
             )
             return {"reference_from_live": result.T_target_source}
 
+        pairs = list(zip(inputs["reference"], inputs["live"], strict=True))
         if inputs["with_preparation"]:
-            return lambda: align(*preprocess(inputs["reference"]), preprocess(inputs["live"])[0])
-        target, tree = preprocess(inputs["reference"])
-        source, _ = preprocess(inputs["live"])
-        return lambda: align(target, tree, source)
+            return lambda index: align(*preprocess(pairs[index][0]), preprocess(pairs[index][1])[0])
+        ready = [(*preprocess(reference), preprocess(live)[0]) for reference, live in pairs]
+        return lambda index: align(*ready[index])
 
     return prepare
 
@@ -81,10 +82,11 @@ def open3d_align(inputs, threads):
         result = registration.registration_icp(source, target, 40.0, np.eye(4), method, criteria)
         return {"reference_from_live": result.transformation}
 
+    pairs = list(zip(inputs["reference"], inputs["live"], strict=True))
     if inputs["with_preparation"]:
-        return lambda: align(with_normals(cloud_of(inputs["reference"])), cloud_of(inputs["live"]))
-    target, source = with_normals(cloud_of(inputs["reference"])), cloud_of(inputs["live"])
-    return lambda: align(target, source)
+        return lambda index: align(with_normals(cloud_of(pairs[index][0])), cloud_of(pairs[index][1]))
+    ready = [(with_normals(cloud_of(reference)), cloud_of(live)) for reference, live in pairs]
+    return lambda index: align(*ready[index])
 
 
 def opencv_stereo(make):
@@ -94,7 +96,7 @@ def opencv_stereo(make):
         cv2.setNumThreads(threads)
         matcher = make(cv2, int(inputs["levels"]))
 
-        def match():
+        def match(_):
             disparity = matcher.compute(inputs["left"], inputs["right"]).astype(np.float32) / 16
             disparity[disparity < 0] = np.nan
             return {"disparity": disparity}
@@ -133,7 +135,7 @@ def opencv_project(inputs, threads):
     pose = inputs["camera_from_room"]
     turn, shift = cv2.Rodrigues(pose[:3, :3])[0], pose[:3, 3].copy()
     matrix, distortion, points = inputs["matrix"], inputs["distortion"], inputs["points"]
-    return lambda: {"pixels": cv2.projectPoints(points, turn, shift, matrix, distortion)[0].reshape(-1, 2)}
+    return lambda _: {"pixels": cv2.projectPoints(points, turn, shift, matrix, distortion)[0].reshape(-1, 2)}
 
 
 @peer("OpenCV undistortPoints")
@@ -145,7 +147,7 @@ def opencv_undistort(inputs, threads):
     rotation = np.ascontiguousarray(inputs["camera_from_room"][:3, :3])
     matrix, distortion, pixels = inputs["matrix"], inputs["distortion"], inputs["pixels"]
 
-    def unproject():
+    def unproject(_):
         plane = cv2.undistortPoints(pixels, matrix, distortion).reshape(-1, 2)
         rays = np.concatenate([plane, np.ones((len(plane), 1))], axis=1) @ rotation
         return {"directions": rays / np.linalg.norm(rays, axis=1, keepdims=True)}
@@ -166,9 +168,10 @@ def main():
         inputs = dict(file)
     call = PEERS[name](inputs, int(threads))
     answer(0)
-    for _ in sys.stdin:
+    for line in sys.stdin:
+        index = int(line)
         start = time.perf_counter()
-        arrays = call()
+        arrays = call(index)
         milliseconds = (time.perf_counter() - start) * 1e3
         np.savez(output, **arrays)
         answer(milliseconds)

@@ -84,17 +84,17 @@ def rows(folder: Path, repeats: int, threads: int) -> Iterator[dict]:
         (
             "project",
             "OpenCV projectPoints",
-            lambda: {"pixels": ours.project("camera", inputs["points"], context=context)},
+            lambda _: {"pixels": ours.project("camera", inputs["points"], context=context)},
             project_error,
         ),
         (
             "unproject",
             "OpenCV undistortPoints",
-            lambda: {"directions": ours.unproject("camera", inputs["pixels"], context=context)},
+            lambda _: {"directions": ours.unproject("camera", inputs["pixels"], context=context)[0]},
             unproject_error,
         ),
     )
     for work, name, call, error in works:
         with Peer(name, path, threads) as peer:
             ours_ms, peer_ms, a, b = alternate(timed(call), peer, repeats)
-        yield row(f"{work} {COUNT} points", ours_ms, name, peer_ms, error(a), error(b), "px", threads)
+        yield row(f"{work} {COUNT} points", ours_ms, name, peer_ms, error(a[-1]), error(b[-1]), "px", threads)

@@ -20,16 +20,16 @@ def test_calls_alternate_and_medians_leave_the_first_round_out():
     def side(name, times):
         times = iter(times)
 
-        def call():
-            order.append(name)
+        def call(index):
+            order.append(f"{name}{index}")
             return next(times), {"name": np.array(name)}
 
         return call
 
     ours, peer, a, b = harness.alternate(side("a", [900, 1, 5, 2]), side("b", [900, 30, 10, 90]), repeats=3)
-    assert "".join(order) == "abababab"
+    assert "".join(order) == "a0b0a0b0a1b1a2b2"
     assert (ours, peer) == (2, 30)
-    assert (str(a["name"]), str(b["name"])) == ("a", "b")
+    assert [str(arrays["name"]) for arrays in a + b] == list("aaabbb")
 
 
 def test_row():
