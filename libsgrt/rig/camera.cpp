@@ -64,7 +64,8 @@ double find_max_radius2(const Camera& camera) {
       good = u;
       continue;
     }
-    for (double bad = u; bad - good > 1e-12 * bad;) {
+    double bad = u;
+    for (int i = 0; i < 60; ++i) {
       const double middle = (good + bad) / 2;
       (smallest_determinant(camera, middle) > 0 ? good : bad) = middle;
     }
@@ -114,10 +115,10 @@ void check_numbers(const Camera& c) {
     if (side > kLargestSide) fail(Status::kLimit, "image_size: expected at most 32768, got " + std::to_string(side));
   }
   for (double v : {c.fx, c.fy}) {
-    if (!(v > 0 && std::isfinite(v))) refuse("intrinsics: expected fx and fy finite and > 0, got " + text_of(v));
+    if (!(v >= 1 && v <= 1e7)) refuse("intrinsics: expected fx and fy from 1 to 1e7 px, got " + text_of(v));
   }
   for (double v : {c.cx, c.cy}) {
-    if (!std::isfinite(v)) refuse("intrinsics: expected cx and cy finite, got " + text_of(v));
+    if (!(std::abs(v) <= 1e7)) refuse("intrinsics: expected |cx| and |cy| up to 1e7 px, got " + text_of(v));
   }
   if (c.distortion_count != 0 && c.distortion_count != 5 && c.distortion_count != 8) {
     refuse("distortion: expected 0, 5 or 8 numbers, got " + std::to_string(c.distortion_count));
