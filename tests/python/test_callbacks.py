@@ -15,7 +15,7 @@ from conftest import ISOCENTRE, body_points
 
 @pytest.fixture(scope="module")
 def cloud() -> sgrt.Surface:
-    return sgrt.Surface(body_points(200_000, 7))
+    return sgrt.Surface(body_points(60_000, 7))
 
 
 def test_progress_is_called_in_order(cloud):

@@ -1,4 +1,4 @@
-"""The command line: output whole or not at all, one line on standard error, the table's exit codes, JSON and nothing else."""
+"""The command line: output whole or not at all, one line on standard error, exit codes, JSON and nothing else."""
 
 import json
 import os
@@ -44,7 +44,9 @@ def room(tmp_path_factory, reference, live, images):
     flat[:, :2] = np.random.default_rng(0).uniform(-100, 100, (900, 2))
     io.write_surface(folder / "flat.ply", sgrt.Surface(flat, normals=np.tile([0.0, 0, 1], (900, 1))))
     io.write_surface(folder / "three.ply", sgrt.Surface(np.eye(3)))
-    io.write_surface(folder / "away.ply", sgrt.Surface(reference.points + [0.0, 0, 500], normals=reference.normals))
+    io.write_surface(
+        folder / "away.ply", sgrt.Surface(reference.points + np.array([0.0, 0, 500]), normals=reference.normals)
+    )
     io.write_image(folder / "grey.png", np.full_like(images[0], 90))
     io.write_image(folder / "small.png", images[0][:100])
     return folder
@@ -107,7 +109,7 @@ def test_register_roi(run, room, tmp_path):
     io.write_roi(tmp_path / "roi.json", sgrt.Roi.box((-100, -100, 0), (100, 100, 300)))
     assert run(*register(room, *AT, "--roi", tmp_path / "roi.json"))[0] == 0
     io.write_roi(tmp_path / "roi.json", sgrt.Roi.box((900, 900, 0), (910, 910, 300)))
-    code, out, err = run(*register(room, *AT, "--roi", tmp_path / "roi.json", "--json"))
+    code, out, _ = run(*register(room, *AT, "--roi", tmp_path / "roi.json", "--json"))
     assert code == 1
     assert json.loads(out)["status"] == "insufficient_data"
 
@@ -244,16 +246,15 @@ def test_stereo_fuses(run, room, tmp_path):
 
 def test_stereo_options(run, room, tmp_path):
     counts = []
-    for more in ([], ["--stride", "8"], ["--volume", "-20", "-20", "-100", "20", "20", "100"], ["--window", "31"]):
+    for more in ([], ["--stride", "8"], ["--volume", "-50", "-50", "-100", "50", "50", "100"], ["--window", "31"]):
         code, out, err = run(*stereo(room, tmp_path / "s.ply", "--json", *more))
         assert (code, err) == (0, "")
         counts.append(json.loads(out)["points"])
     assert counts[1] < counts[0] / 3
     assert 0 < counts[2] < counts[0] / 3
+    run(*stereo(room, tmp_path / "s.ply", "--volume", "-50", "-50", "-100", "50", "50", "100"))
     s = io.read_surface(tmp_path / "s.ply")
-    run(*stereo(room, tmp_path / "s.ply", "--volume", "-20", "-20", "-100", "20", "20", "100"))
-    s = io.read_surface(tmp_path / "s.ply")
-    assert np.nanmax(np.abs(s.points[..., :2])) <= 20
+    assert np.nanmax(np.abs(s.points[..., :2])) <= 50
 
 
 def test_stereo_same_bytes_at_any_number_of_threads(run, room, tmp_path):
@@ -308,7 +309,7 @@ def test_stereo_pair_twice(run, room, tmp_path):
 
 
 def test_stereo_out_of_place(run, room, tmp_path):
-    for out in (tmp_path / "no" / "s.ply", tmp_path):
+    for out in (tmp_path / "no" / "s.ply", tmp_path, Path("/proc/s.ply")):  # not even root may write there
         code, _, err = run(*stereo(room, out))
         assert code == 2
         one_line_about(err, out)

@@ -1,4 +1,4 @@
-"""The package: no arithmetic of its own, complete stubs, one exception class a status, docstrings that name the C function."""
+"""The package: no arithmetic of its own, complete stubs, an exception class a status, docstrings that name C."""
 
 import ast
 import re

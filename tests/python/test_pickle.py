@@ -1,4 +1,4 @@
-"""Handles travel: Surface through its arrays, Rig through JSON, Roi through its numbers; sessions and contexts do not."""
+"""Handles travel: Surface by its arrays, Rig by JSON, Roi by its numbers; sessions and contexts do not."""
 
 import copy
 import pickle

@@ -146,7 +146,7 @@ def test_distance_of_a_lifted_board():
     points = np.stack([x, y, np.zeros_like(x)], axis=-1)
     normals = np.broadcast_to([0.0, 0.0, 1.0], points.shape)
     board = sgrt.Surface(points, normals=normals)
-    lifted = sgrt.Surface(points + [0.3, 0.3, 1.5])
+    lifted = sgrt.Surface(points + np.array([0.3, 0.3, 1.5]))
     distance = sgrt.surface_distance(board, lifted)
     assert distance.shape == (25, 25)
     inside = distance[2:-2, 2:-2]
