@@ -341,7 +341,7 @@ SGRT_API sgrt_status sgrt_frame_fixed_from_couch(double couch_deg, double fixed_
 
 /* ----------------------------------------------------------------------------------------------------------- rig */
 
-/* The calibrated cameras of a room, schema "sgrt-rig/1" (docs/formats/rig.md). Immutable. */
+/* The calibrated cameras of a room, schema "sgrt-rig/1" (docs/formats.md). Immutable. */
 typedef struct sgrt_rig sgrt_rig;
 /* text: UTF-8 JSON of `size` bytes, at most 16 MiB and nested at most 16 deep; need not end in NUL.
  * SGRT_E_FORMAT  not JSON, unknown schema or model, a missing or wrong field (the message names it, e.g.
