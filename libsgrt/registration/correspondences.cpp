@@ -11,9 +11,14 @@ namespace {
 
 constexpr double kFloor2 = 1e-6;  // mm2: nothing is known better than a micron; keeps weights finite without noise
 
-bool find_pair(const Problem& p, const Pose& T, const PairLimits& limits, std::int64_t row, Pair& pair) {
+// last: the closest reference point of the iteration before, or -1; it bounds the search, which is exact all the same.
+bool find_pair(const Problem& p, const Pose& T, const PairLimits& limits, std::int64_t row, std::int64_t& last,
+               Pair& pair) {
   pair.y = T * p.live->point(row);
-  const Nearest::Hit hit = p.field.nearest.nearest(pair.y, limits.max_distance);
+  double bound = limits.max_distance;
+  if (last >= 0) bound = std::min(bound, (p.reference().point(last) - pair.y).norm() * (1 + 1e-9) + 1e-9);
+  const Nearest::Hit hit = p.field.nearest.nearest(pair.y, bound);
+  last = hit.index;
   if (hit.index < 0 || !p.counts(hit.index) || !within_reach(p.field, hit.index, pair.y)) return false;
   pair.live = row;
   pair.reference = hit.index;
@@ -44,7 +49,7 @@ double median(std::vector<double>& v) {
 }  // namespace
 
 void associate(const Run& run, const Problem& problem, const Pose& reference_from_live, const PairLimits& limits,
-               std::vector<Pair>& pairs) {
+               std::vector<std::int64_t>& last, std::vector<Pair>& pairs) {
   const auto rows = static_cast<std::int64_t>(problem.rows.size());
   const std::int64_t count = (rows + limits.step - 1) / limits.step;
   pairs.resize(static_cast<std::size_t>(count));
@@ -54,7 +59,9 @@ void associate(const Run& run, const Problem& problem, const Pose& reference_fro
         for (std::int64_t i = begin; i < end; ++i) {
           Pair& pair = pairs[static_cast<std::size_t>(i)];
           const std::int64_t row = problem.rows[static_cast<std::size_t>(i * limits.step)];
-          if (!find_pair(problem, reference_from_live, limits, row, pair)) pair.reference = -1;
+          if (!find_pair(problem, reference_from_live, limits, row, last[static_cast<std::size_t>(i * limits.step)],
+                         pair))
+            pair.reference = -1;
         }
       },
       "closest points");

@@ -29,7 +29,7 @@ struct PairLimits {
 // Closest points at the pose; those too far, at too great an angle, past the border of the reference or outside the ROI
 // are left out. In the live points' order.
 void associate(const Run& run, const Problem& problem, const Pose& reference_from_live, const PairLimits& limits,
-               std::vector<Pair>& pairs);
+               std::vector<std::int64_t>& last, std::vector<Pair>& pairs);
 
 // How many times the expected sigma the residuals scatter, by their median; at least 1. Eq. 4.
 double robust_scale(const std::vector<Pair>& pairs);

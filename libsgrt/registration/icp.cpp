@@ -15,7 +15,7 @@ namespace sgrt {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kWeakShare = 0.5;  // of the live points
+constexpr double kWeakShare = 0.5;  // of the live points, or of the reference
 constexpr double kWeakMisfit = 3;   // residuals this many times larger than the noise are not noise
 
 void check(const Vec3& isocentre, const IcpOptions& o) {
@@ -55,6 +55,24 @@ std::int64_t count_candidates(const Run& run, const Problem& problem, const Pose
   });
 }
 
+// The share of the reference points that count which an inlier pair or one beside them covers: a small reference laid
+// on a large live surface overlaps wholly although few of the live points match.
+double coverage(const Problem& problem, const std::vector<Pair>& pairs) {
+  std::vector<bool> covered(static_cast<std::size_t>(problem.reference().size()), false);
+  for (const Pair& p : pairs) {
+    if (!(p.weight > 0)) continue;
+    covered[static_cast<std::size_t>(p.reference)] = true;
+    for (const std::int32_t i : problem.field.ring.row(p.reference)) {
+      if (i >= 0) covered[static_cast<std::size_t>(i)] = true;
+    }
+  }
+  std::int64_t count = 0;
+  for (std::int64_t i = 0; i < problem.reference().size(); ++i) {
+    count += covered[static_cast<std::size_t>(i)] && problem.counts(i);
+  }
+  return static_cast<double>(count) / static_cast<double>(problem.reference_count);
+}
+
 std::string percent(double share) {
   return std::to_string(std::lround(100 * share)) + " %";
 }
@@ -75,14 +93,14 @@ std::string join(const std::vector<FreeMotion>& free) {
 }
 
 // What speaks against trusting the pose; "" if nothing does.
-std::string doubts(const Certificate& c, const IcpResult& result, const IcpOptions& options) {
+std::string doubts(const Certificate& c, double overlap, const IcpResult& result, const IcpOptions& options) {
   std::string words;
   const auto add = [&](const std::string& text) { words += (words.empty() ? "" : "; ") + text; };
   if (c.worst_sigma > options.weak_sigma) add("sigma " + rounded(c.worst_sigma) + " mm where it " + c.worst_words);
   if (c.chi2 > kWeakMisfit * kWeakMisfit && result.rms > options.weak_sigma) {
     add("residuals of " + rounded(result.rms) + " mm are " + rounded(std::sqrt(c.chi2)) + " times the expected noise");
   }
-  if (result.inlier_share < kWeakShare) add("only " + percent(result.inlier_share) + " of the live points match");
+  if (overlap < kWeakShare) add("only " + percent(result.inlier_share) + " of the live points match");
   return words;
 }
 
@@ -106,7 +124,8 @@ void solve(const Run& run, const Problem& problem, const Pose& initial, const Ic
   const std::int64_t candidates = count_candidates(run, problem, s.pose);
   result.inlier_share =
       static_cast<double>(result.pair_count) / static_cast<double>(std::max<std::int64_t>(1, candidates));
-  if (result.inlier_share < options.min_inlier_share) {
+  const double overlap = std::max(result.inlier_share, coverage(problem, s.pairs));
+  if (overlap < options.min_inlier_share) {
     return give_up(result, Status::kNotFound,
                    "the surfaces do not overlap: " + percent(result.inlier_share) +
                        " of the live points match, at least " + percent(options.min_inlier_share) + " are needed");
@@ -129,7 +148,7 @@ void solve(const Run& run, const Problem& problem, const Pose& initial, const Ic
   result.covariance = c.covariance;
   result.rms = rms_of(s.pairs);
   result.distance = signed_distance(run, problem.field, *problem.live, s.pose, options.max_distance);
-  const std::string words = doubts(c, result, options);
+  const std::string words = doubts(c, overlap, result, options);
   result.verdict = words.empty() ? Verdict::kOk : Verdict::kWeak;
   result.verdict_words = words.empty() ? "ok" : "weak: " + words;
 }
@@ -155,6 +174,8 @@ IcpResult blank(const Surface& live, const Vec3& isocentre) {
 IcpResult align(const Run& run, const Surface& reference, const Surface& live, const Vec3& isocentre, const Roi* roi,
                 const Pose& initial_reference_from_live, const IcpOptions& options) {
   check(isocentre, options);
+  require(initial_reference_from_live.R.allFinite() && initial_reference_from_live.t.allFinite(),
+          "initial_reference_from_live is not finite");
   IcpResult result = blank(live, isocentre);
   try {
     const Problem problem(run, reference, live, roi);

@@ -29,11 +29,12 @@ struct Problem {
   Field field;                                  // of the reference
   const Surface* live;
   std::vector<std::uint8_t> in_roi;              // a reference point; empty: all
-  std::vector<std::int64_t> rows;                // live points that have a normal
+  std::int64_t reference_count = 0;              // of the reference points that count
+  std::vector<std::int64_t> rows;                // live points that have a normal, neighbours together
   bool signs_unsure;                             // of the normals, because some were estimated
   double reference_noise2 = 0, live_noise2 = 0;  // mm2, where the points carry none: the surface's roughness
   Vec3 centre;                                   // of the reference points that count: the pivot of all solves
-  double spacing = 0;  // mm, the median reach of the reference's samples
+  double spacing = 0;                            // mm, the median reach of the reference's samples
   double lever;                                  // mm, their rms distance from it: makes turns comparable with shifts
 };
 

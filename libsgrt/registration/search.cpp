@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::int64_t kCoarsePoints = 2000;
-constexpr double kFlicker = 0.25;  // sigmas: pairs that change to and fro may leave this much undecided
+// A step this many sigmas long does not matter once the steps go to and fro; and that much may stay undecided by it.
+constexpr double kSettled = 0.02, kFlicker = 0.25;
 
 // Gauss-Newton's information and gradient over the pairs, turns scaled by 1 / lever.
 struct Normal {
@@ -72,7 +73,8 @@ double product(const Normal& normal, const Vec6& a, const Vec6& b, double lever)
 }
 
 // Takes steps until they come to rest. New pairs make the sum jump, so near the minimum the steps may go to and fro for
-// ever between poses a small part of a sigma apart: each turn back halves the gain, and the search rests in between.
+// ever between poses a small part of a sigma apart: each turn back halves the gain, so that the search rests in
+// between.
 class Stage {
  public:
   Stage(const Run& run, const Problem& problem, const IcpOptions& options, bool coarse)
@@ -88,13 +90,13 @@ class Stage {
     ++s.iterations;
     run_.poll(static_cast<double>(s.iterations) / options_.max_iterations, "registration");
     limits_.max_distance = s.limit;
-    associate(run_, problem_, s.pose, limits_, s.pairs);
+    associate(run_, problem_, s.pose, limits_, s.last, s.pairs);
     if (static_cast<std::int64_t>(s.pairs.size()) < kMinPairs) return false;
     const double scale = robust_scale(s.pairs);
     weigh(s.pairs, scale, coarse_ ? kTukey : kInliers);
     const Normal normal = normal_equations(run_, s.pairs, problem_.centre, problem_.lever);
     const Vec6 step = coarse_ ? step_of(normal, problem_.lever) : refine(s.pairs, problem_.centre);
-    if (product(normal, step, last_, problem_.lever) < 0) gain_ *= 0.5;
+    gain_ = product(normal, step, last_, problem_.lever) < 0 ? 0.5 * gain_ : std::min(1.0, 1.2 * gain_);
     last_ = step;
     const Vec6 taken = gain_ * step;
     const double moved = farthest(s.pairs, taken, problem_.centre);
@@ -102,7 +104,8 @@ class Stage {
     // Pairs five times as far apart as the typical one are not of the same skin, unless sampling alone does it.
     s.limit = std::min(options_.max_distance, std::max(5 * median_distance(s.pairs), 3 * problem_.spacing));
     const double sigmas = std::sqrt(product(normal, step, step, problem_.lever)) / scale;
-    return moved < tolerance_ && (gain_ == 1 || sigmas < kFlicker);
+    if (coarse_ && sigmas < kFlicker) return true;
+    return gain_ < 1 ? sigmas < kSettled || (moved < tolerance_ && sigmas < kFlicker) : moved < tolerance_;
   }
 
  private:
@@ -119,7 +122,7 @@ class Stage {
 }  // namespace
 
 Search search(const Run& run, const Problem& problem, const Pose& initial, const IcpOptions& options) {
-  Search s{initial, {}, 0, false, options.max_distance};
+  Search s{initial, {}, std::vector<std::int64_t>(problem.rows.size(), -1), 0, false, options.max_distance};
   const auto enough = [&] { return static_cast<std::int64_t>(s.pairs.size()) >= kMinPairs; };
   for (const bool coarse : {true, false}) {
     Stage stage(run, problem, options, coarse);

@@ -12,8 +12,9 @@ namespace sgrt {
 constexpr std::int64_t kMinPairs = 6;
 
 struct Search {
-  Pose pose;                // reference_from_live
-  std::vector<Pair> pairs;  // of the last iteration
+  Pose pose;                       // reference_from_live
+  std::vector<Pair> pairs;         // of the last iteration
+  std::vector<std::int64_t> last;  // closest reference points of the last iteration, a row of the problem
   int iterations = 0;
   bool converged = false;
   double limit;  // mm, of the closest points' distance; shrinks with the residuals

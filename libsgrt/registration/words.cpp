@@ -19,7 +19,8 @@ std::vector<Vec3> along_axes(const Eigen::Matrix<double, 3, Eigen::Dynamic>& col
   Mat3 projector = svd.matrixU() * svd.matrixU().transpose();
   while (out.size() < static_cast<std::size_t>(columns.cols())) {
     int axis;
-    projector.diagonal().maxCoeff(&axis);
+    // Ties, up to rounding, go to the first axis.
+    (projector.diagonal() + Vec3(2e-6, 1e-6, 0)).maxCoeff(&axis);
     const Vec3 v = projector.col(axis).normalized();
     out.push_back(v);
     projector -= v * v.transpose();
@@ -112,6 +113,7 @@ std::vector<FreeMotion> name_motions(const Motions& basis, const Vec3& isocentre
     slides.push_back(make_motion(z));
     slides.back().words = words_of(slides.back().motion, isocentre);
   }
+  if (rank == 0) return slides;
   const Eigen::JacobiSVD<Eigen::MatrixXd> inverse(turning.topRows(3), Eigen::ComputeThinU | Eigen::ComputeThinV);
   for (const Vec3& v : along_axes(turning.topRows(3))) turns.push_back(make_motion(turning * inverse.solve(v)));
   const Vec3 centre = common_centre(turns);

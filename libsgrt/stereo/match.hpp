@@ -41,6 +41,7 @@ struct MatchField {
   std::vector<Reason> reason;
   std::vector<std::int64_t> wave, tried, labels;  // work
   std::vector<float> noise;                       // work
+  std::vector<double> medians[3];                 // work
 };
 
 void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage& right, const CoarseMap& coarse,

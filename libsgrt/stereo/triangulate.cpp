@@ -85,7 +85,8 @@ void triangulate(const Run& run, const Rectification& r, const Grid& grid, const
       },
       "triangulating");
 
-  std::vector<double> noise, sigma_px, sigma_mm;
+  auto& [noise, sigma_px, sigma_mm] = field.medians;
+  for (std::vector<double>& values : field.medians) values.clear();
   result.reason_count.fill(0);
   for (std::int64_t k = 0; k < grid.size(); ++k) {
     result.reason[k] = static_cast<std::uint8_t>(field.reason[k]);
