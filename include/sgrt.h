@@ -181,7 +181,7 @@ typedef struct sgrt_surface_data {
   uint32_t struct_size;
   int32_t reserved;
   sgrt_view points;     /* N x 3 or H x W x 3, mm (eq. 10.1). In a grid an absent point is NaN in all three */
-  sgrt_view normals;    /* like points; unit, outward (towards the sensor) */
+  sgrt_view normals;    /* like points; unit, outward (towards the sensor); NaN in all three where unknown */
   sgrt_view sigma_mm;   /* N or H x W: one sigma along the normal, > 0 */
   sgrt_view covariance; /* N x 6 or H x W x 6: xx xy xz yy yz zz, mm2, positive semi-definite */
   sgrt_view faces;      /* M x 3 int32, counter-clockwise seen from outside; only with N x 3 points */
@@ -194,7 +194,7 @@ SGRT_API sgrt_status sgrt_surface_data_init(sgrt_surface_data *data, size_t size
 
 /* Copies the arrays into a new surface. A mesh without normals gets area-weighted vertex normals.
  * SGRT_E_INVALID_ARGUMENT  shape, dtype or stride; a NaN or Inf (absent grid points excepted); |coordinate| > 1e5 mm;
- *                          sigma <= 0; a normal that is not unit within 1e-3; a face index out of range
+ *                          sigma <= 0 or > 1e5 mm; a normal that is not unit within 1e-3; a face index out of range
  * SGRT_E_INSUFFICIENT_DATA no point
  * SGRT_E_LIMIT             more than 50 million points, or arrays of more than 4 GiB in all. since 0.1 */
 SGRT_API sgrt_status sgrt_surface_create(sgrt_context *context, const sgrt_surface_data *data, sgrt_surface **surface);

@@ -1,112 +1,22 @@
 // rig.json, schema sgrt-rig/1 (formats of the project, docs/formats/rig.md): text to Rig and back. Strict: nothing that
 // is required is guessed, and each error names its field by its path. Keys that are not understood are kept for
 // writing.
-#include <charconv>
+#include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/error.hpp"
+#include "core/strict_json.inl"
 #include "rig/rig.hpp"
 
 namespace sgrt {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-constexpr std::size_t kMaxBytes = 16 << 20;
-constexpr std::size_t kMaxDepth = 16;
 constexpr std::size_t kMaxCameras = 64;
 constexpr const char* kSchema = "sgrt-rig/1";
 
 [[noreturn]] void refuse(const std::string& message) {
   fail(Status::kFormat, message);
-}
-
-// ---------------------------------------------------------------------------------------------------- text to a tree
-
-// Builds the tree as the parser reads: with a limit of depth, no key twice in an object, and numbers read without
-// regard to the locale (nlohmann-json reads them with strtod).
-class Builder : public nlohmann::json_sax<Json> {
- public:
-  Json root;
-
-  bool null() override { return add(nullptr); }
-  bool boolean(bool value) override { return add(value); }
-  bool number_integer(std::int64_t value) override { return add(value); }
-  bool number_unsigned(std::uint64_t value) override { return add(value); }
-  bool string(std::string& value) override { return add(std::move(value)); }
-  bool binary(Json::binary_t&) override { return false; }
-
-  bool number_float(double, const std::string& token) override {
-    std::string text = token;
-    for (char& c : text) {
-      if (std::string("0123456789+-eE").find(c) == std::string::npos) c = '.';  // the locale's decimal point
-    }
-    double value = 0;
-    const std::from_chars_result result = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (result.ec != std::errc()) refuse("rig: the number " + in_quotes(text) + " is out of range");
-    return add(value);
-  }
-
-  bool start_object(std::size_t) override { return open(Json::object()); }
-  bool start_array(std::size_t) override { return open(Json::array()); }
-  bool end_object() override { return close(); }
-  bool end_array() override { return close(); }
-
-  bool key(std::string& name) override {
-    if (!keys_.back().insert(name).second) refuse("rig: the key " + in_quotes(name) + " stands twice in one object");
-    key_ = std::move(name);
-    return true;
-  }
-
-  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
-    if (error.id == 406) refuse("rig: a number is out of range near byte " + std::to_string(position));
-    refuse("rig: not JSON, syntax error near byte " + std::to_string(position));
-  }
-
- private:
-  template <class Value>
-  bool add(Value&& value) {
-    place(std::forward<Value>(value));
-    return true;
-  }
-
-  template <class Value>
-  Json& place(Value&& value) {
-    if (open_.empty()) return root = std::forward<Value>(value);
-    Json& into = *open_.back();
-    if (into.is_array()) return into.emplace_back(std::forward<Value>(value));
-    // Straight into the vector below: the map's own insertion searches all keys, which `keys_` has done.
-    auto& object = into.get_ref<Json::object_t&>();
-    object.emplace_back(std::move(key_), std::forward<Value>(value));
-    return object.back().second;
-  }
-
-  bool open(Json container) {
-    if (open_.size() == kMaxDepth) fail(Status::kLimit, "rig: nested deeper than 16");
-    open_.push_back(&place(std::move(container)));
-    keys_.emplace_back();
-    return true;
-  }
-
-  bool close() {
-    open_.pop_back();
-    keys_.pop_back();
-    return true;
-  }
-
-  std::vector<Json*> open_;
-  std::vector<std::set<std::string>> keys_;
-  std::string key_;
-};
-
-Json parse(const char* text, std::size_t size) {
-  if (size > kMaxBytes)
-    fail(Status::kLimit, "rig: expected at most 16 MiB of text, got " + std::to_string(size) + " bytes");
-  Builder builder;
-  Json::sax_parse(text, text + size, &builder);
-  return std::move(builder.root);
 }
 
 // --------------------------------------------------------------------------------------------------- a tree to a rig
@@ -282,6 +192,12 @@ Json with_id(const Json& list, const std::string& id) {
   return Json{{"id", id}};
 }
 
+const std::string& id_of(const Rig& rig, int camera) {
+  if (camera < 0 || camera >= static_cast<int>(rig.cameras.size()))
+    refuse("pairs: no camera " + std::to_string(camera));
+  return rig.cameras[static_cast<std::size_t>(camera)].id;
+}
+
 void write_camera(const Camera& camera, Json& json) {
   json["image_size"] = {camera.width, camera.height};
   json["model"] = model_of(camera);
@@ -300,7 +216,7 @@ void write_camera(const Camera& camera, Json& json) {
 }  // namespace
 
 Rig rig_from_json(const char* text, std::size_t size) {
-  Rig rig = rig_of(parse(text, size));
+  Rig rig = rig_of(parse_json(text, size, "rig"));
   rig.document.assign(text, size);
   return rig;
 }
@@ -310,7 +226,7 @@ std::string rig_to_json(const Rig& rig) {
   Json json = Json::object();
   Rig before;
   if (!rig.document.empty()) {
-    json = parse(rig.document.data(), rig.document.size());
+    json = parse_json(rig.document.data(), rig.document.size(), "rig");
     before = rig_of(json);
     if (same(rig, before)) return rig.document;
   }
@@ -328,14 +244,15 @@ std::string rig_to_json(const Rig& rig) {
   }
   for (const StereoPair& pair : rig.pairs) {
     Json item = with_id(old.value("pairs", Json::array()), pair.id);
-    item["left"] = rig.cameras.at(static_cast<std::size_t>(pair.left)).id;
-    item["right"] = rig.cameras.at(static_cast<std::size_t>(pair.right)).id;
+    item["left"] = id_of(rig, pair.left);
+    item["right"] = id_of(rig, pair.right);
     pairs.push_back(std::move(item));
   }
   json["cameras"] = std::move(cameras);
   json["pairs"] = std::move(pairs);
-  const std::string text = json.dump(2);
-  rig_of(parse(text.data(), text.size()));  // what is written can be read: a rig made in memory is checked here
+  const std::string text = json_text(json, "rig");
+  rig_of(parse_json(text.data(), text.size(),
+                    "rig"));  // what is written can be read: a rig made in memory is checked here
   return text;
 }
 

@@ -34,7 +34,7 @@ void reduce(const Image& image, const std::vector<std::uint8_t>& mask, int scale
 
 // Window mean and 1/|window - mean|, 0 where the window leaves the image. Subtracts the image's mean so that float sums
 // hold.
-void window_statistics(Image& image, int half, Image& mean, Image& norm) {
+void window_statistics(Image& image, int half, Image& mean, Image& norm, CoarseWork& work) {
   double total = 0;
   std::int64_t count = 0;
   for (float g : image.pixels)
@@ -45,8 +45,11 @@ void window_statistics(Image& image, int half, Image& mean, Image& norm) {
   std::fill(mean.pixels.begin(), mean.pixels.end(), 0.F);
   std::fill(norm.pixels.begin(), norm.pixels.end(), 0.F);
   // Column sums slide down; a bad pixel counts in `bad`.
-  std::vector<double> sum(image.width), square(image.width);
-  std::vector<int> bad(image.width);
+  std::vector<double>&sum = work.sum, &square = work.square;
+  std::vector<int>& bad = work.bad;
+  sum.assign(image.width, 0);
+  square.assign(image.width, 0);
+  bad.assign(image.width, 0);
   const auto add = [&](int y, int sign) {
     float* row = image.row(y);
     for (int x = 0; x < image.width; ++x) {
@@ -105,8 +108,8 @@ void coarse_match(const Run& run, const Image& left, const std::vector<std::uint
   const int scale = options.scale, half = options.half;
   reduce(left, left_mask, scale, work.left);
   reduce(right, right_mask, scale, work.right);
-  window_statistics(work.left, half, work.left_mean, work.left_norm);
-  window_statistics(work.right, half, work.right_mean, work.right_norm);
+  window_statistics(work.left, half, work.left_mean, work.left_norm, work);
+  window_statistics(work.right, half, work.right_mean, work.right_norm, work);
   const int width = work.left.width, height = work.left.height, right_width = work.right.width;
   map.scale = scale;
   map.width = (left.width + scale - 1) / scale;

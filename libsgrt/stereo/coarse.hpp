@@ -39,6 +39,8 @@ struct CoarseWork {
   std::vector<int> disparity_right;
   std::vector<float> consistent;  // disparity after the left-right check, NaN else
   std::vector<float> scratch;     // one slice a block
+  std::vector<double> sum, square;
+  std::vector<int> bad;
 };
 
 void coarse_match(const Run& run, const Image& left, const std::vector<std::uint8_t>& left_mask, const Image& right,

@@ -23,6 +23,7 @@ struct RowMatch {
   float correlation;  // ZNCC at the last evaluation
   float texture;      // [H^-1]_dd: variance of d for unit noise variance of f - g, grey levels of the left image
   float noise;        // residual variance of f - g, grey levels squared of the left image
+  float gain;         // how much the noise of a curvature taken from the neighbours adds, >= 1 (set by match.cpp)
   float bias2;        // px^2, what the neighbourhood shows beyond noise (set by match.cpp)
   int outcome;        // kConverged ...
 };

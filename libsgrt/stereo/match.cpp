@@ -14,7 +14,7 @@ using kernels::RowMatch;
 constexpr int kReach = 8;    // px round a window in which its curvature is sought
 constexpr int kBlock = 512;  // grid points: about 2 ms
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr RowMatch kNoMatch{kNan, 0, 0, 0, 0, 0, kNan, kNan, kNan, 0, kernels::kDiverged};
+constexpr RowMatch kNoMatch{kNan, 0, 0, 0, 0, 0, kNan, kNan, kNan, 1, 0, kernels::kDiverged};
 
 Reason reason_of(int outcome) {
   switch (outcome) {
@@ -151,10 +151,14 @@ void grow(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& 
   }
 }
 
+int reach_of(int stride) {
+  return std::max(1, (kReach + stride / 2) / stride);
+}
+
 // Second order: the curvature of the disparity, from the slopes of the solved neighbours within kReach px (a plane per
 // window is biased by curvature, but its slopes are not). False where there are too few.
 bool curvature_at(const Grid& grid, const MatchField& field, std::int64_t k, RowMatch& match) {
-  const int reach = std::max(1, (kReach + grid.stride / 2) / grid.stride);
+  const int reach = reach_of(grid.stride);
   const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
   const RowMatch& own = field.matches[k];
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, sa = 0, sb = 0, sax = 0, say = 0, sbx = 0, sby = 0;
@@ -181,6 +185,7 @@ bool curvature_at(const Grid& grid, const MatchField& field, std::int64_t k, Row
 
 // Refines every match once more over the curvature of its neighbourhood. Reads the first pass, writes the second.
 void bend(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& field) {
+  const auto gain = static_cast<float>(bending_gain(matcher.options.window, grid.stride));
   field.bent = field.matches;
   field.labels.assign(grid.size(), static_cast<std::int64_t>(Reason::kNone));
   parallel_for(
@@ -190,6 +195,7 @@ void bend(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& 
           if (field.reason[k] != Reason::kNone) continue;
           RowMatch match = field.matches[k];
           if (!curvature_at(grid, field, k, match)) continue;
+          match.gain = gain;
           field.labels[k] = static_cast<std::int64_t>(matcher.solve(grid.x(k), grid.y(k), match, 2));
           field.bent[k] = match;
         }
@@ -228,7 +234,7 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
                   own.d + own.a * x + own.b * y + own.c20 * x * x + own.c11 * x * y + own.c02 * y * y - m.d;
               if (std::abs(off) > 1) continue;
               ++solved;
-              // Noise alone: windows that overlap by rho share it, and the slopes carry theirs outwards (eq. 12).
+              // Noise alone: windows that overlap by rho share it, and the slopes carry theirs outwards (eq. 13).
               const double rho = std::max(0.0, 1 - std::abs(x) / side) * std::max(0.0, 1 - std::abs(y) / side);
               sum += off * off;
               expected += variance_of_noise(m) * (1 - rho) * (2 + (x * x + y * y) / second_moment);
@@ -323,12 +329,32 @@ void explain_unmatched(const Run& run, const Matcher& matcher, const Grid& grid,
 
 }  // namespace
 
+double bending_gain(int window, int stride) {
+  const int half = window / 2, reach = reach_of(stride), rim = reach * stride + half, side = 2 * rim + 1;
+  const double n = window * window;
+  double sxx = 0;
+  for (int u = -reach; u <= reach; ++u) sxx += (2 * reach + 1) * static_cast<double>(u * stride) * (u * stride);
+  // The weight of each pixel's noise in d - m2 (c20 + c02): its own window's mean, and the slopes of all around.
+  std::vector<double> weight(static_cast<std::size_t>(side) * side, 0.0);
+  for (int v = -reach; v <= reach; ++v)
+    for (int u = -reach; u <= reach; ++u)
+      for (int j = -half; j <= half; ++j)
+        for (int i = -half; i <= half; ++i) {
+          double& w = weight[static_cast<std::size_t>(v * stride + j + rim) * side + u * stride + i + rim];
+          if (u == 0 && v == 0) w += 1 / n;
+          w -= (u * i + v * j) * stride / (2 * sxx * n);
+        }
+  double gain = 0;
+  for (const double w : weight) gain += w * w * n;
+  return gain;
+}
+
 double variance_of_noise(const RowMatch& match) {
   // The residual f - g holds two images' noise after interpolation (left: x and y; right: x, y and x again), which
   // damps the fine grain that the residual sees but not the coarse grain that moves the match.
   constexpr double kGain2 = kSplineNoiseGain * kSplineNoiseGain;
   constexpr double kDamping = (kGain2 + kGain2 * kSplineNoiseGain) / 2;
-  return static_cast<double>(match.noise) * match.texture / kDamping;
+  return static_cast<double>(match.noise) * match.texture * match.gain / kDamping;
 }
 
 double sigma_of(const RowMatch& match) {

@@ -41,10 +41,15 @@ struct MatchField {
   std::vector<Reason> reason;
   std::vector<std::int64_t> wave, tried, labels;  // work
   std::vector<float> noise;                       // work
+  std::vector<double> medians[3];                 // work
 };
 
 void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage& right, const CoarseMap& coarse,
                 const Grid& grid, const StereoOptions& options, MatchField& field);
+
+// How much the variance of d grows when the curvature comes from the neighbours' slopes, which share noise with it (eq.
+// 12).
+double bending_gain(int window, int stride);
 
 // Variance of a match along the row from image noise alone, px^2; sigma_of adds what the window's shape may bias, px.
 double variance_of_noise(const kernels::RowMatch& match);

@@ -18,7 +18,7 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-// With 1/z = (d - d_inf) / (f B), a plane of disparities is a plane of the room: n . X = 1 (eq. 13).
+// With 1/z = (d - d_inf) / (f B), a plane of disparities is a plane of the room: n . X = 1 (eq. 16).
 void place(const Rectification& r, const Grid& grid, std::int64_t k, const kernels::RowMatch& m, Surface& surface) {
   const double u = (grid.x(k) - r.left.cx) / r.f, v = (grid.y(k) - r.left.cy) / r.f;
   const double parallax = m.d - r.disparity_at_infinity(), z = r.f * r.baseline / parallax;
@@ -27,7 +27,7 @@ void place(const Rectification& r, const Grid& grid, std::int64_t k, const kerne
   Vec3 n(m.a / r.baseline, m.b / r.baseline, 0);
   n.z() = 1 / z - n.x() * u - n.y() * v;
   const Vec3 normal = r.room_from_rectified * (-n.normalized());
-  const Vec3 along = r.room_from_rectified * (-z / parallax * ray);  // d point / d disparity (eq. 14)
+  const Vec3 along = r.room_from_rectified * (-z / parallax * ray);  // d point / d disparity (eq. 17)
   const double sigma = sigma_of(m), sigma2 = sigma * sigma;
   surface.points.row(k) = point.transpose();
   surface.normals.row(k) = normal.transpose();
@@ -58,7 +58,9 @@ void triangulate(const Run& run, const Rectification& r, const Grid& grid, const
   resize(grid, result);
   Surface& surface = *result.surface;
   // Windows that overlap share pixels: so many points carry one sample of noise.
-  surface.correlation_points = std::max(1.0, std::pow(static_cast<double>(options.window) / grid.stride, 2));
+  const double share =
+      std::pow(static_cast<double>(options.window) / grid.stride, 2) / bending_gain(options.window, grid.stride);
+  surface.correlation_points = std::max(1.0, share);
   parallel_for(
       run, grid.size(), 2048,
       [&](std::int64_t begin, std::int64_t end) {
@@ -83,7 +85,8 @@ void triangulate(const Run& run, const Rectification& r, const Grid& grid, const
       },
       "triangulating");
 
-  std::vector<double> noise, sigma_px, sigma_mm;
+  auto& [noise, sigma_px, sigma_mm] = field.medians;
+  for (std::vector<double>& values : field.medians) values.clear();
   result.reason_count.fill(0);
   for (std::int64_t k = 0; k < grid.size(); ++k) {
     result.reason[k] = static_cast<std::uint8_t>(field.reason[k]);

@@ -1,4 +1,4 @@
-// From matches to points in the room, with normals and covariance. docs/theory/stereo.md eq. 12-15.
+// From matches to points in the room, with normals and covariance. docs/theory/stereo.md eq. 15-18.
 #pragma once
 
 #include "core/run.hpp"

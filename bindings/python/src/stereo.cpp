@@ -5,7 +5,7 @@ namespace sgrt_py {
 namespace {
 
 constexpr const char* kReasons[SGRT_REASON_COUNT] = {"none",      "out_of_view", "out_of_volume", "no_texture",
-                                                     "saturated", "no_match",    "left_right",    "ambiguous"};
+                                                     "saturated", "no_match",    "left_right",    "ambiguous",   "edge"};
 
 using StereoHandle = Owned<sgrt_stereo, sgrt_stereo_free>;
 using SessionHandle = Owned<sgrt_stereo_session, sgrt_stereo_session_free>;

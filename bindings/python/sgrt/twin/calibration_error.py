@@ -38,9 +38,10 @@ def perturbed_pod(left: Camera, right: Camera, seed: int, sigma_px: float) -> tu
     if sigma_px == 0.0:
         return left, right
     root = _root((left, right))
-    expected_px = np.sqrt(np.mean(np.sum((_stacked((left, right), VOLUME_POINTS) @ root) ** 2, axis=1)))
-    noise = stream(seed, left.id, "calibration").standard_normal(root.shape[1])
-    error = np.round(root @ noise * (sigma_px / expected_px), 10)  # drops what depends on LAPACK's threads
+    change = _dot(_stacked((left, right), VOLUME_POINTS), root)
+    expected_px = np.sqrt(np.mean(np.sum(change**2, axis=1)))
+    noise = stream(seed, left.id, "calibration").standard_normal((root.shape[1], 1))
+    error = _dot(root, noise)[:, 0] * (sigma_px / expected_px)
     return _moved(left, error[:9], error[18:24]), _moved(right, error[9:18], error[24:30])
 
 
@@ -48,16 +49,22 @@ def perturbed_pod(left: Camera, right: Camera, seed: int, sigma_px: float) -> tu
 def _root(pair: tuple[Camera, Camera]) -> Array:
     """S, (30, n): S S^T is the covariance that a noise of 1 px on every found point leaves.
 
-    The 30 parameters: left and right intrinsics (9 + 9: fx fy cx cy k1 k2 p1 p2 k3), left and right pose (6
-    + 6).
+    The 30 parameters: left and right intrinsics (fx fy cx cy k1 k2 p1 p2 k3 each), left and right pose.
     """
     inner = _board_spread(pair)
     pod = np.zeros((30, inner.shape[1]))
     pod[:18], pod[24:30] = inner[:18], inner[18:24]
     # The room fit moves both cameras by one twist; it sees the error of the boards and its own noise.
     rigid, seen = _rigid(pair), _stacked(pair, ROOM_POINTS)
-    fit = np.linalg.pinv(seen @ rigid)
-    return np.hstack([pod - rigid @ (fit @ (seen @ pod)), -rigid @ fit])
+    effect = _dot(seen, rigid)
+    fit = np.linalg.solve(_dot(effect.T, effect), effect.T)
+    return np.hstack([pod - _dot(rigid, _dot(fit, _dot(seen, pod))), -_dot(rigid, fit)])
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> Array:
+    """The matrix product in a fixed order: a BLAS sums in an order that depends on its threads."""
+    product: Array = np.einsum("ij,jk->ik", a, b)
+    return product
 
 
 def _stacked(pair: tuple[Camera, Camera], points: Array) -> Array:
@@ -78,31 +85,23 @@ def _rigid(pair: tuple[Camera, Camera]) -> Array:
 
 
 def _board_spread(pair: tuple[Camera, Camera]) -> Array:
-    """(24, n): a root of the covariance of both intrinsics and the right pose, for corner noise of 1 px."""
+    """(24, 24): a root of the covariance of both intrinsics and the right pose, for corner noise of 1 px."""
     rng = stream(0, pair[0].id, "boards")
-    free = 18 + 6
-    jacobian = []
+    information = np.zeros((24, 24))
     for board in range(BOARDS):
         room_from_board = _board_pose(pair[0], rng, board)
         corners = BOARD_POINTS @ room_from_board[:3, :3].T + room_from_board[:3, 3]
-        columns = free + 6 * board
-        for side, camera in enumerate(pair):
-            rows = np.zeros((2 * len(corners), free + 6 * BOARDS))
-            own = _jacobian(camera, corners, side)
-            rows[:, :18] = own[:, :18]
-            if side == 1:
-                rows[:, 18:24] = own[:, 24:30]
-            rows[:, columns : columns + 6] = (
-                own[:, 18 + 6 * side : 24 + 6 * side] @ _rigid(pair)[18 + 6 * side : 24 + 6 * side]
-            )
-            jacobian.append(rows[_inside(camera, corners)])
-    stacked = np.vstack(jacobian)
-    information = stacked.T @ stacked
+        on_sensor = np.concatenate([_inside(camera, corners) for camera in pair])
+        jacobian = _stacked(pair, corners)[on_sensor]
+        wanted = np.hstack([jacobian[:, :18], jacobian[:, 24:]])  # the left pose is held
+        moved = _dot(jacobian, _rigid(pair))  # by the board's own pose, which is eliminated (Schur)
+        cross = _dot(moved.T, wanted)
+        information += _dot(wanted.T, wanted) - _dot(cross.T, np.linalg.solve(_dot(moved.T, moved), cross))
     for k3 in (8, 17):
         information[k3, k3] += 1.0 / PRIOR_K3**2
     scale = 1.0 / np.sqrt(np.diag(information))
     lower = np.linalg.cholesky(information * np.outer(scale, scale))
-    return (scale[:, None] * np.linalg.solve(lower.T, np.eye(len(scale))))[:free]
+    return scale[:, None] * np.linalg.solve(lower.T, np.eye(24))
 
 
 def _board_pose(camera: Camera, rng: np.random.Generator, number: int) -> Array:

@@ -1,0 +1,181 @@
+"""One peer, in a process and a virtual environment of its own: peers.py NAME INPUTS.npz THREADS OUTPUT.npz
+
+Prepares, says so, then runs once for each line on standard input, the number of the round: answers with the
+milliseconds on standard output and leaves the arrays in OUTPUT.npz. A peer is a function of (inputs, threads) that
+prepares and returns the call to time, a function of the round.
+"""
+
+import json
+import os
+import sys
+import time
+
+import numpy as np
+
+PEERS = {}
+
+
+def peer(name):
+    def keep(prepare):
+        PEERS[name] = prepare
+        return prepare
+
+    return keep
+
+
+def small_gicp_align(kind):
+    """Converged to the same tolerance as ours; pairs up to 40 mm apart."""
+
+    def prepare(inputs, threads):
+        import small_gicp
+
+        def preprocess(points):
+            cloud = small_gicp.PointCloud(points)
+            tree = small_gicp.KdTree(cloud, num_threads=threads)
+            small_gicp.estimate_normals_covariances(cloud, tree, num_neighbors=20, num_threads=threads)
+            return cloud, tree
+
+        def align(target, target_tree, source):
+            result = small_gicp.align(
+                target,
+                source,
+                target_tree,
+                registration_type=kind,
+                max_correspondence_distance=40.0,
+                num_threads=threads,
+                max_iterations=60,
+                rotation_epsilon=1e-6,
+                translation_epsilon=1e-4,
+            )
+            return {"reference_from_live": result.T_target_source}
+
+        pairs = list(zip(inputs["reference"], inputs["live"], strict=True))
+        if inputs["with_preparation"]:
+            return lambda index: align(*preprocess(pairs[index][0]), preprocess(pairs[index][1])[0])
+        ready = [(*preprocess(reference), preprocess(live)[0]) for reference, live in pairs]
+        return lambda index: align(*ready[index])
+
+    return prepare
+
+
+PEERS["small_gicp GICP"] = small_gicp_align("GICP")
+PEERS["small_gicp PLANE_ICP"] = small_gicp_align("PLANE_ICP")
+
+
+@peer("Open3D point-to-plane")
+def open3d_align(inputs, threads):
+    """Its k-d tree is built inside the call in any case; the number of threads is OpenMP's (OMP_NUM_THREADS)."""
+    import open3d
+
+    registration = open3d.pipelines.registration
+    criteria = registration.ICPConvergenceCriteria(relative_fitness=1e-9, relative_rmse=1e-9, max_iteration=60)
+
+    def cloud_of(points):
+        return open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
+
+    def with_normals(cloud):
+        cloud.estimate_normals(open3d.geometry.KDTreeSearchParamKNN(20))
+        return cloud
+
+    def align(target, source):
+        method = registration.TransformationEstimationPointToPlane()
+        result = registration.registration_icp(source, target, 40.0, np.eye(4), method, criteria)
+        return {"reference_from_live": result.transformation}
+
+    pairs = list(zip(inputs["reference"], inputs["live"], strict=True))
+    if inputs["with_preparation"]:
+        return lambda index: align(with_normals(cloud_of(pairs[index][0])), cloud_of(pairs[index][1]))
+    ready = [(with_normals(cloud_of(reference)), cloud_of(live)) for reference, live in pairs]
+    return lambda index: align(*ready[index])
+
+
+def opencv_stereo(make):
+    def prepare(inputs, threads):
+        import cv2
+
+        cv2.setNumThreads(threads)
+        matcher = make(cv2, int(inputs["levels"]))
+
+        def match(_):
+            disparity = matcher.compute(inputs["left"], inputs["right"]).astype(np.float32) / 16
+            disparity[disparity < 0] = np.nan
+            return {"disparity": disparity}
+
+        return match
+
+    return prepare
+
+
+def sgbm(mode):
+    def make(cv2, levels):
+        return cv2.StereoSGBM_create(
+            minDisparity=0,
+            numDisparities=levels,
+            blockSize=5,
+            P1=8 * 25,
+            P2=32 * 25,
+            disp12MaxDiff=1,
+            uniquenessRatio=10,
+            mode=getattr(cv2, mode),
+        )
+
+    return make
+
+
+PEERS["OpenCV BM"] = opencv_stereo(lambda cv2, levels: cv2.StereoBM_create(numDisparities=levels, blockSize=17))
+PEERS["OpenCV SGBM"] = opencv_stereo(sgbm("STEREO_SGBM_MODE_SGBM"))
+PEERS["OpenCV SGBM 3-way"] = opencv_stereo(sgbm("STEREO_SGBM_MODE_SGBM_3WAY"))
+
+
+@peer("OpenCV projectPoints")
+def opencv_project(inputs, threads):
+    import cv2
+
+    cv2.setNumThreads(threads)
+    pose = inputs["camera_from_room"]
+    turn, shift = cv2.Rodrigues(pose[:3, :3])[0], pose[:3, 3].copy()
+    matrix, distortion, points = inputs["matrix"], inputs["distortion"], inputs["points"]
+    return lambda _: {"pixels": cv2.projectPoints(points, turn, shift, matrix, distortion)[0].reshape(-1, 2)}
+
+
+@peer("OpenCV undistortPoints")
+def opencv_undistort(inputs, threads):
+    """Its fixed 5 iterations; the result is made a unit direction in the room, as ours."""
+    import cv2
+
+    cv2.setNumThreads(threads)
+    rotation = np.ascontiguousarray(inputs["camera_from_room"][:3, :3])
+    matrix, distortion, pixels = inputs["matrix"], inputs["distortion"], inputs["pixels"]
+
+    def unproject(_):
+        plane = cv2.undistortPoints(pixels, matrix, distortion).reshape(-1, 2)
+        rays = np.concatenate([plane, np.ones((len(plane), 1))], axis=1) @ rotation
+        return {"directions": rays / np.linalg.norm(rays, axis=1, keepdims=True)}
+
+    return unproject
+
+
+def main():
+    name, inputs_path, threads, output = sys.argv[1:]
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # what the libraries print goes to standard error
+
+    def answer(value):
+        answers.write(json.dumps(value) + "\n")
+        answers.flush()
+
+    with np.load(inputs_path) as file:
+        inputs = dict(file)
+    call = PEERS[name](inputs, int(threads))
+    answer(0)
+    for line in sys.stdin:
+        index = int(line)
+        start = time.perf_counter()
+        arrays = call(index)
+        milliseconds = (time.perf_counter() - start) * 1e3
+        np.savez(output, **arrays)
+        answer(milliseconds)
+
+
+if __name__ == "__main__":
+    main()
