@@ -104,7 +104,7 @@ static void test_project(const sgrt_rig* rig) {
 }
 
 static void test_unproject(const sgrt_rig* rig) {
-  double pixels[4][2], rays[4][3], jacobian[4][3][2], centre[3] = {7, 7, 7};
+  double pixels[4][2] = {{0}}, rays[4][3], jacobian[4][3][2], centre[3] = {7, 7, 7};
   sgrt_view in = sgrt_view_of(pixels, SGRT_F64, 4, 2, 0);
   sgrt_mut_view out = sgrt_mut_view_of(rays, SGRT_F64, 4, 3, 0), j = sgrt_mut_view_of(jacobian, SGRT_F64, 4, 3, 2);
   int i, d;
