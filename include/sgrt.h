@@ -73,7 +73,8 @@ SGRT_API const char *sgrt_status_word(sgrt_status status);
  * A NULL context means one thread, silent. */
 typedef struct sgrt_context sgrt_context;
 
-/* Called on the calling thread only. fraction: 0 to 1 within `stage`. Non-zero cancels: SGRT_E_CANCELLED. */
+/* Called on the calling thread only. fraction: 0 to 1 within `stage`. Non-zero cancels: SGRT_E_CANCELLED. A callback may
+ * call the library, but not with the context that it was called by: SGRT_E_INVALID_ARGUMENT. */
 typedef int32_t (*sgrt_progress_fn)(void *user, double fraction, const char *stage);
 
 enum { SGRT_LOG_INFO = 0, SGRT_LOG_WARNING = 1 };
@@ -342,7 +343,7 @@ SGRT_API sgrt_status sgrt_frame_fixed_from_couch(double couch_deg, double fixed_
 
 /* ----------------------------------------------------------------------------------------------------------- rig */
 
-/* The calibrated cameras of a room, schema "sgrt-rig/1" (docs/formats/rig.md). Immutable. */
+/* The calibrated cameras of a room, schema "sgrt-rig/1" (docs/formats.md). Immutable. */
 typedef struct sgrt_rig sgrt_rig;
 /* text: UTF-8 JSON of `size` bytes, at most 16 MiB and nested at most 16 deep; need not end in NUL.
  * SGRT_E_FORMAT  not JSON, unknown schema or model, a missing or wrong field (the message names it, e.g.

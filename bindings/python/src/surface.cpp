@@ -33,7 +33,9 @@ Surface from_arrays(const ArrayLike& points, const MaybeArray& normals, const Ma
   data.faces = views[4].view;
   data.modes = views[5].view;
   data.correlation_points = correlation_points;
-  return create_surface(context, data);
+  Surface surface;
+  run(context, [&](sgrt_context* c) { return sgrt_surface_create(c, &data, out(surface.handle)); });
+  return surface;
 }
 
 Surface from_height_field(const ArrayLike& z_mm, const ArrayLike& origin_mm, const ArrayLike& spacing_mm,
@@ -188,12 +190,6 @@ Raises InvalidArgument: a pose that is not rigid, a reference without normals, a
 C: sgrt_surface_distance)";
 
 }  // namespace
-
-Surface create_surface(Context* context, const sgrt_surface_data& data) {
-  Surface surface;
-  run(context, [&](sgrt_context* c) { return sgrt_surface_create(c, &data, out(surface.handle)); });
-  return surface;
-}
 
 std::vector<py::ssize_t> point_shape(const sgrt_surface* surface) {
   sgrt_surface_info info{};
