@@ -4,7 +4,7 @@
 #include "stereo/lanes.inl"
 
 static inline __attribute__((always_inline)) Lanes gather8(const float* p, IntLanes k) {
-#ifdef __AVX2__
+#if defined(__AVX2__) && !defined(__clang__)  // which has it under another name
   return (Lanes)__builtin_ia32_gathersiv8sf((Lanes){0}, p, (__attribute__((vector_size(32))) int)k,
                                             (Lanes)(IntLanes{-1, -1, -1, -1, -1, -1, -1, -1}), 4);
 #else

@@ -418,7 +418,7 @@ def test_body_out_of_view_is_background(room, torso):
         image = room.capture(torso, pose, seed=1, cameras=["pod1-left"])["pod1-left"]
         assert np.mean(image) == pytest.approx(level, abs=0.1)
         assert np.all(np.isnan(room.truth_depth("pod1-left", torso, pose)))
-    pose[:3, 3] = camera.centre + [0, 0, 150.0]  # the body swallows the camera
+    pose[:3, 3] = camera.centre + np.array([0, 0, 150.0])  # the body swallows the camera
     assert room.capture(torso, pose, seed=1, cameras=["pod1-left"])["pod1-left"].shape == (1024, 1280)
 
 

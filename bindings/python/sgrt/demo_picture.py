@@ -29,7 +29,7 @@ ROWS = (
 
 @dataclass(frozen=True)
 class Scene:
-    """What is drawn: a camera image, reference and live surface, the signed distances (mm, a number a live point) and six numbers."""
+    """What is drawn: an image, both surfaces, the signed distances (mm, one a live point) and the six numbers."""
 
     image: NDArray[Any]
     reference: Surface

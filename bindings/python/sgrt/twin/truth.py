@@ -54,7 +54,7 @@ def match(left: Camera, right: Camera, projector: Projector, phantom: Phantom, r
 
 def _hits(camera: Camera, phantom: Phantom, room_from_body: Array) -> tuple[np.ndarray, Cast]:
     """Flat pixel indices of the hits and the hits."""
-    width, height = camera.image_size
+    width = camera.image_size[0]
     top, bottom, left, right = bounding_region(camera, phantom, room_from_body) or (0, 1, 0, 1)
     x, y = (np.ascontiguousarray(table[top:bottom, left:right]).ravel() for table in ray_table(camera))
     hit = cast(camera, phantom, room_from_body, x, y, DONE_MM)
