@@ -98,7 +98,7 @@ def test_but_not_on_its_own_context(cloud, reference):
         reference.estimate_normals(context=context)
 
     context = sgrt.Context(progress=progress)
-    with pytest.raises(sgrt.InvalidArgument, match="busy"):
+    with pytest.raises(sgrt.InvalidArgument, match="context"):
         cloud.estimate_normals(context=context)
 
 
