@@ -33,18 +33,22 @@ Reason reason_of(int outcome) {
 struct Matcher {
   const kernels::Plane left, right;
   const StereoOptions& options;
+  const float rounding;  // the noise of f - g is never below it
   decltype(&kernels::refine_row_baseline) refine;
 
   Matcher(const Run& run, const RectifiedImage& l, const RectifiedImage& r, const StereoOptions& o)
       : left(l.plane()),
         right(r.plane()),
         options(o),
+        rounding(l.rounding + r.rounding),
         refine(run.isa == Isa::kAvx2 ? kernels::refine_row_avx2 : kernels::refine_row_baseline) {}
 
   // Refines from the plane in `match`; the reason is kNone when it is accepted.
   Reason solve(int x, int y, RowMatch& match, float max_move) const {
     const kernels::RefineOptions o{options.window / 2, 12, max_move};
     refine(left, right, x, y, o, &match);
+    // ZNCC knows no scale: without this floor the last bits of a blank wall would correlate.
+    match.noise = std::max(match.noise, rounding);
     if (match.outcome != kernels::kConverged) return reason_of(match.outcome);
     if (!(match.correlation >= options.min_correlation)) return Reason::kNoMatch;
     return sigma_of(match) <= options.max_sigma ? Reason::kNone : Reason::kNoTexture;
