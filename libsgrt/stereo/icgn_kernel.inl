@@ -82,7 +82,7 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     }
   }
   const float norm_f = __builtin_sqrtf(total(ff));
-  if (!(norm_f > 1e-5F * (mean > 0 ? mean : -mean))) {
+  if (!(norm_f > 1e-5F * (mean > 0 ? mean : -mean)) || norm_f * norm_f < n * options.min_variance) {
     match->outcome = kFlat;
     return;
   }
