@@ -22,6 +22,7 @@
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
+#include "volume/contours.hpp"
 
 struct sgrt_context {
   sgrt::ThreadPool pool;
@@ -51,6 +52,10 @@ struct sgrt_stereo_session {
   sgrt::StereoMatcher matcher;
   double time_s;  // of the last push
   sgrt_stereo lent;
+};
+
+struct sgrt_volume {
+  sgrt::ClosedContours body;  // of a CT: its skin alone
 };
 
 struct sgrt_icp {

@@ -7,6 +7,7 @@ not a medical device.
 
 from . import errors, frames, io
 from ._core import (
+    SKIN_FLAGS,
     STEREO_REASONS,
     Camera,
     Context,
@@ -20,11 +21,14 @@ from ._core import (
     Stereo,
     StereoSession,
     Surface,
+    Volume,
+    contours_close,
     icp_align,
     stereo_match,
     surface_distance,
     surface_fuse,
     version,
+    volume_skin,
 )
 from .errors import (
     Cancelled,
@@ -43,6 +47,7 @@ from .errors import (
 __version__ = version()
 
 __all__ = [
+    "SKIN_FLAGS",
     "STEREO_REASONS",
     "Camera",
     "Cancelled",
@@ -67,6 +72,8 @@ __all__ = [
     "Stereo",
     "StereoSession",
     "Surface",
+    "Volume",
+    "contours_close",
     "errors",
     "frames",
     "icp_align",
@@ -75,4 +82,5 @@ __all__ = [
     "surface_distance",
     "surface_fuse",
     "version",
+    "volume_skin",
 ]

@@ -163,7 +163,7 @@ class ArrayLike : public py::object {
 using MaybeArray = std::optional<ArrayLike>;
 using Doubles = py::array_t<double>;
 
-enum class Accept { kFloats, kImages, kIndices };
+enum class Accept { kFloats, kImages, kIndices, kVoxels };
 
 // An input as a view of its own memory: no copy but of lists and of memory that is not aligned. Absent: data NULL.
 struct InView {
@@ -225,6 +225,7 @@ void register_roi(py::module_& m);
 void register_frame(py::module_& m);
 void register_rig(py::module_& m);
 void register_stereo(py::module_& m);
+void register_volume(py::module_& m);
 void register_icp(py::module_& m);
 
 }  // namespace sgrt_py
