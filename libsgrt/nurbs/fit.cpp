@@ -1,0 +1,272 @@
+// The fit from start to end: chart, cells, trend, weights and smoothing in turn, result.
+#include "nurbs/fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "nurbs/fit_result.hpp"
+#include "nurbs/fit_smoothing.hpp"
+#include "nurbs/fit_weights.hpp"
+
+namespace sgrt {
+namespace {
+
+constexpr std::int64_t kMinPoints = 16;
+constexpr std::int64_t kBlock = 8192;       // points
+constexpr double kPointsPerCell = 2;        // where the control points are chosen
+constexpr std::int64_t kMaxBand = 1 << 27;  // numbers: 1 GiB
+constexpr int kHuberSteps = 4, kTukeySteps = 8;
+constexpr double kSettled = 1e-3;  // relative change of the scale
+constexpr double kWide = 2.0, kNarrow = 0.7;  // steps in log lambda
+
+void check(const NurbsFitOptions& o) {
+  const auto refuse = [](const std::string& what) { fail(Status::kInvalidArgument, "options." + what); };
+  for (int k = 0; k < 2; ++k) {
+    const int n = o.control_points[k];
+    if (n != 0 && (n < 4 || n > 2000))
+      refuse("control_points[" + std::to_string(k) + "]: " + std::to_string(n) + ", expected 4 to 2000, or 0");
+  }
+  if (o.max_control_points < 16 || o.max_control_points > 100'000)
+    refuse("max_control_points: " + std::to_string(o.max_control_points) + ", expected 16 to 100000");
+  if (!(o.lambda >= 0) || o.lambda > 1e30) refuse("lambda: " + text_of(o.lambda) + ", expected 0 to 1e30");
+  if (!(o.tukey >= 2 && o.tukey <= 100)) refuse("tukey: " + text_of(o.tukey) + ", expected 2 to 100");
+  if (o.axis && !(o.axis->allFinite() && o.axis->norm() > 1e-9))
+    refuse("axis: not a direction, expected three finite numbers, not all 0");
+}
+
+// Points that are there, in the chart.
+struct Data {
+  std::vector<std::int64_t> row;
+  std::vector<ChartPoint> at;
+  std::vector<double> precision;
+  double correlation = 1;
+};
+
+double variance_of(const Surface& s, std::int64_t i, const Vec3& e) {
+  if (s.covariance.rows() == 0) return s.sigma.size() > 0 ? s.sigma(i) * s.sigma(i) : 1;
+  const bool known = s.has_normals() && s.normal(i).allFinite();
+  const double v = s.variance_along(i, known ? s.normal(i) : e);
+  if (!(v > 0)) fail(Status::kInvalidArgument, "surface: a covariance that is 0 along the normal, expected > 0");
+  return v;
+}
+
+Data data_of(const Run& run, const Surface& s, const Chart& chart) {
+  Data d;
+  d.correlation = std::max(1.0, s.correlation_points);
+  for (std::int64_t i = 0; i < s.size(); ++i)
+    if (s.present(i)) d.row.push_back(i);
+  d.at.resize(d.row.size());
+  d.precision.resize(d.row.size());
+  const bool grid = chart.kind == FitChart::kGrid;
+  const auto block = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t k = begin; k < end; ++k) {
+      const std::int64_t i = d.row[k];
+      const double column = grid ? static_cast<double>(i % s.width) * chart.step[0] : 0;
+      const double row = grid ? static_cast<double>(i / s.width) * chart.step[1] : 0;
+      d.at[k] = !grid           ? to_chart(chart, s.point(i))
+                : chart.swapped ? ChartPoint{row, column, 0}
+                                : ChartPoint{column, row, 0};
+      const Vec3 e = grid || s.covariance.rows() == 0 ? Vec3(0, 0, 1) : base_normal(chart, d.at[k].u, d.at[k].v);
+      d.precision[k] = 1 / (variance_of(s, i, e) * d.correlation);
+    }
+  };
+  parallel_for(run, static_cast<std::int64_t>(d.row.size()), kBlock, block, "chart");
+  return d;
+}
+
+// The area that holds points, mm2, by bins of a 64 x 64 grid.
+double covered_area(const Chart& chart, const Data& data) {
+  constexpr int kSide = 64;
+  std::vector<char> full(kSide * kSide, 0);
+  for (const ChartPoint& p : data.at) {
+    const int i = std::clamp(static_cast<int>(p.u / chart.length_u * kSide), 0, kSide - 1);
+    const int j = std::clamp(static_cast<int>(p.v / chart.length_v * kSide), 0, kSide - 1);
+    full[j * kSide + i] = 1;
+  }
+  return static_cast<double>(std::count(full.begin(), full.end(), 1)) / (kSide * kSide) * chart.length_u *
+         chart.length_v;
+}
+
+FitGrid make_grid(const Chart& chart, const Data& data, const NurbsFitOptions& o) {
+  FitGrid g;
+  g.periodic = chart.periodic;
+  const int more = g.periodic ? 0 : 3, least = g.periodic ? 8 : 1;
+  if (g.periodic && o.control_points[0] != 0 && o.control_points[0] < 8)
+    fail(Status::kInvalidArgument, "options.control_points[0]: " + std::to_string(o.control_points[0]) +
+                                       ", expected at least 8 round a closed body");
+  double side = std::sqrt(kPointsPerCell * covered_area(chart, data) / static_cast<double>(data.row.size()));
+  for (;; side *= 1.02) {
+    g.cells_u = o.control_points[0] ? o.control_points[0] - more
+                                    : std::max(least, static_cast<int>(std::min(1e4, std::ceil(chart.length_u / side))));
+    g.cells_v = o.control_points[1] ? o.control_points[1] - 3
+                                    : std::max(1, static_cast<int>(std::min(1e4, std::ceil(chart.length_v / side))));
+    if (o.control_points[0] && o.control_points[1]) break;
+    if (static_cast<std::int64_t>(g.nu()) * g.nv() <= o.max_control_points) break;
+    if (side > chart.length_u && side > chart.length_v) break;
+  }
+  if (static_cast<std::int64_t>(g.nu()) * g.nv() * (g.band_width() + 4) > kMaxBand)
+    fail(Status::kLimit, "options.control_points: " + std::to_string(g.nu()) + " x " + std::to_string(g.nv()) +
+                             ", expected a band matrix of at most 1 GiB");
+  g.hu = chart.length_u / g.cells_u;
+  g.hv = chart.length_v / g.cells_v;
+  return g;
+}
+
+// The weighted plane through what is fitted, taken off so that planes come back to the last digits.
+Trend remove_trend(const FitGrid& g, FitPoints& p) {
+  Mat3 m = Mat3::Zero();
+  Trend t = Trend::Zero(3, p.columns);
+  const auto row_of = [&](std::int64_t cell, std::int64_t k) {
+    return Vec3(1, g.periodic ? 0 : (static_cast<double>(cell % g.cells_u) + p.tu[k]) * g.hu,
+                (static_cast<double>(cell / g.cells_u) + p.tv[k]) * g.hv);
+  };
+  const auto each = [&](auto&& body) {
+    for (std::int64_t cell = 0; cell + 1 < static_cast<std::int64_t>(p.cell_begin.size()); ++cell)
+      for (std::int64_t k = p.cell_begin[cell]; k < p.cell_begin[cell + 1]; ++k) body(k, row_of(cell, k));
+  };
+  each([&](std::int64_t k, const Vec3& x) {
+    m += p.precision[k] * x * x.transpose();
+    for (int d = 0; d < p.columns; ++d) t.col(d) += p.precision[k] * p.y[d][k] * x;
+  });
+  if (g.periodic) m(1, 1) = 1;
+  t = m.ldlt().solve(t).eval();
+  each([&](std::int64_t k, const Vec3& x) {
+    for (int d = 0; d < p.columns; ++d) p.y[d][k] -= x.dot(t.col(d));
+  });
+  return t;
+}
+
+struct State {
+  FitPoints points;
+  Trend trend;
+  Residuals residuals;
+  std::vector<double> robust;
+  Solution solution;
+  double count = 0, scale = 0;
+  int iterations = 0;
+};
+
+void need_solution(const Solution& s) {
+  if (s.c.size() == 0)
+    fail(Status::kDegenerate, "surface: leaves control points free at lambda " + text_of(s.lambda) +
+                                  ", expected more points or more smoothing");
+}
+
+// Weights from the residuals in turn with solutions, and lambda from each state of the weights.
+void iterate(const Chart& chart, const Smoother& smoother, const NurbsFitOptions& o, double correlation, State& s) {
+  const Run& run = smoother.run;
+  const auto measure = [&] {
+    residuals(run, chart, smoother.grid, s.points, s.trend, s.solution.c, correlation, s.residuals);
+    s.scale = mad(s.residuals, s.robust);
+  };
+  const auto solve_with = [&](Robust how, bool search, double step) {
+    if (s.residuals.z.empty()) {
+      s.count = static_cast<double>(s.points.size()) / correlation;
+    } else {
+      s.count = reweigh(s.points, s.residuals, how, s.scale, o.tukey, correlation, s.robust);
+    }
+    const Normal n = normal_equations(run, smoother.grid, s.points);
+    const bool given = o.smoothing == FitSmoothing::kGiven;
+    const double start = given                 ? smoother.lambda
+                         : s.solution.lambda > 0 ? s.solution.lambda
+                                                 : 0.1 * balanced_lambda(n, smoother.energy);
+    s.solution = search && !given ? choose(smoother, n, s.count, start, step) : solve_at(smoother, n, s.count, start);
+    need_solution(s.solution);
+    measure();
+    ++s.iterations;
+  };
+  s.robust.assign(s.points.row.size(), 1.0);
+  solve_with(Robust::kNone, false, 0);
+  if (!o.robust) {
+    solve_with(Robust::kNone, true, kWide);
+    return;
+  }
+  for (int i = 0; i < kHuberSteps; ++i) solve_with(Robust::kHuber, i == kHuberSteps - 1, kWide);
+  for (int i = 0; i < kTukeySteps; ++i) {
+    const double before = s.scale;
+    solve_with(Robust::kTukey, false, 0);
+    if (i >= 2 && std::abs(s.scale - before) < kSettled * before) break;
+  }
+  solve_with(Robust::kTukey, true, kNarrow);
+}
+
+// Sigma of the data beyond what they claim, from the residuals; the posterior's scale.
+double noise_variance(const State& s, const NurbsFitOptions& o, double parameters, double columns, double& inflation) {
+  inflation = 1;
+  double inliers = 0, sum = 0;
+  for (std::size_t k = 0; k < s.robust.size(); ++k)
+    if (s.robust[k] > 0) inliers += 1, sum += s.residuals.z[k] * s.residuals.z[k];
+  const double left = inliers - parameters;
+  if (!(left > 0.2 * inliers)) return s.solution.deviance / (columns * std::max(1.0, s.count - 3));
+  if (!o.robust) return sum / left;
+  inflation = tukey_inflation(s.residuals, s.scale, o.tukey);
+  return s.scale * s.scale * inliers / left;
+}
+
+void keep_points(NurbsFit& fit, const Surface& surface, const State& s, const Data& data) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  fit.height = surface.height, fit.width = surface.width;
+  fit.residual.setConstant(surface.size(), nan);
+  fit.weight.setConstant(surface.size(), nan);
+  fit.parameters.setConstant(surface.size(), 2, nan);
+  double sum = 0;
+  for (std::size_t k = 0; k < s.robust.size(); ++k) {
+    const std::int64_t i = s.points.row[k];
+    const double mm = s.residuals.z[k] / std::sqrt(s.points.precision[k] * data.correlation);
+    fit.residual(i) = mm;
+    fit.weight(i) = s.robust[k];
+    if (s.robust[k] > 0) ++fit.inlier_count, sum += mm * mm;
+  }
+  for (std::size_t k = 0; k < data.row.size(); ++k)
+    fit.parameters.row(data.row[k]) << std::clamp(data.at[k].u / fit.chart.length_u, 0.0, 1.0),
+        std::clamp(data.at[k].v / fit.chart.length_v, 0.0, 1.0);
+  fit.rms = fit.inlier_count > 0 ? std::sqrt(sum / static_cast<double>(fit.inlier_count)) : nan;
+}
+
+}  // namespace
+
+NurbsFit fit_nurbs(const Run& run, const Surface& surface, const NurbsFitOptions& options) {
+  check(options);
+  std::int64_t present = 0;
+  for (std::int64_t i = 0; i < surface.size(); ++i) present += surface.present(i);
+  if (present < kMinPoints)
+    fail(Status::kInsufficientData, "surface: " + std::to_string(present) + " points, expected at least 16 for a fit");
+  NurbsFit fit;
+  std::optional<Vec3> axis;
+  if (options.axis) axis = options.axis->normalized();
+  fit.chart = make_chart(run, surface, options.chart, axis);
+  const Data data = data_of(run, surface, fit.chart);
+  fit.grid = make_grid(fit.chart, data, options);
+  State s;
+  s.points = sort_points(run, fit.grid, fit.chart.columns(), data.row, data.at, &surface.points, data.precision);
+  s.trend = remove_trend(fit.grid, s.points);
+  const Band energy = bending_energy(fit.grid);
+  const Smoother smoother{run, fit.grid, energy, options.smoothing, options.lambda};
+  iterate(fit.chart, smoother, options, data.correlation, s);
+
+  const Band inverse = inverse_band(run, s.solution.factor);
+  fit.lambda = s.solution.lambda;
+  fit.effective_parameters = fit.grid.size() - fit.lambda * trace_product(inverse, energy);
+  fit.point_count = present;
+  fit.iterations = s.iterations;
+  fit.has_sigma = surface.sigma.size() > 0 || surface.covariance.rows() > 0;
+  double inflation;
+  const double variance = noise_variance(s, options, fit.effective_parameters, fit.chart.columns(), inflation);
+  fit.noise = std::sqrt(variance);
+  keep_covariance(fit, inverse, inflation * (fit.has_sigma ? std::max(1.0, variance) : variance));
+  fit.coefficients = s.solution.c;
+  for (int j = 0; j < fit.grid.nv(); ++j)
+    for (int i = 0; i < fit.grid.nu(); ++i)
+      fit.coefficients.row(fit.grid.index(i, j)) +=
+          Vec3(1, (i - 1) * fit.grid.hu, (j - 1) * fit.grid.hv).transpose() * s.trend;
+  mark_occupied(fit, s.points, s.robust);
+  keep_points(fit, surface, s, data);
+  make_surface_of(fit);
+  return fit;
+}
+
+}  // namespace sgrt
