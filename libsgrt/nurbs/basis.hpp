@@ -9,6 +9,7 @@ namespace sgrt {
 
 constexpr int kMaxDegree = 24;
 constexpr int kMaxKnots = 1 << 20;
+constexpr int kMaxOrder = 24;  // of derivatives
 
 // A space of splines: u_0 <= ... <= u_m, m + 1 = size() + degree + 1.
 struct SplineBasis {

@@ -21,10 +21,17 @@ struct NurbsSurface {
 // alike are dropped: they say nothing.
 NurbsSurface make_nurbs_surface(NurbsSurface surface);
 
-// u, v within the domain (basis[].contains); else the nearest parameter of the domain is meant.
+// u, v in the domain (basis[].contains).
 Vec3 evaluate(const NurbsSurface& surface, double u, double v);
 
-// ders[k * (order + 1) + l] = d^(k+l) S / du^k dv^l for k + l <= order, NaN elsewhere.
+// Partial derivatives up to `order` in all, by total order and then by the order in v: S, S_u, S_v, S_uu, S_uv, S_vv,
+// S_uuu ...
+constexpr int derivative_count(int order) {
+  return (order + 1) * (order + 2) / 2;
+}
+constexpr int derivative_index(int in_u, int in_v) {
+  return (in_u + in_v) * (in_u + in_v + 1) / 2 + in_v;
+}
 void derivatives(const NurbsSurface& surface, double u, double v, int order, Vec3* ders);
 
 // The unit normal S_u x S_v. Where that vanishes (a pole, a degenerate edge) its limit from inside the domain; NaN if
