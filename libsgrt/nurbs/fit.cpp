@@ -19,7 +19,7 @@ constexpr std::int64_t kMinPoints = 16;
 constexpr std::int64_t kBlock = 8192;       // points
 constexpr double kPointsPerCell = 2;        // where the control points are chosen
 constexpr std::int64_t kMaxBand = 1 << 27;  // numbers: 1 GiB
-constexpr int kHuberSteps = 4, kTukeySteps = 8;
+constexpr int kHuberSteps = 4, kTukeySteps = 8, kAdaptSteps = 2;
 constexpr double kSettled = 1e-3;  // relative change of the scale
 constexpr double kWide = 2.0, kNarrow = 0.7;  // steps in log lambda
 
@@ -54,6 +54,17 @@ double variance_of(const Surface& s, std::int64_t i, const Vec3& e) {
   return v;
 }
 
+// Points in the gap of an open cylinder.
+void drop_strays(const Chart& chart, Data& d) {
+  std::size_t to = 0;
+  for (std::size_t k = 0; k < d.row.size(); ++k) {
+    if (!(d.at[k].u >= 0 && d.at[k].u <= chart.length_u)) continue;
+    d.row[to] = d.row[k], d.at[to] = d.at[k], d.precision[to] = d.precision[k];
+    ++to;
+  }
+  d.row.resize(to), d.at.resize(to), d.precision.resize(to);
+}
+
 Data data_of(const Run& run, const Surface& s, const Chart& chart) {
   Data d;
   d.correlation = std::max(1.0, s.correlation_points);
@@ -75,6 +86,7 @@ Data data_of(const Run& run, const Surface& s, const Chart& chart) {
     }
   };
   parallel_for(run, static_cast<std::int64_t>(d.row.size()), kBlock, block, "chart");
+  if (chart.kind == FitChart::kCylinder && !chart.periodic) drop_strays(chart, d);
   return d;
 }
 
@@ -141,6 +153,8 @@ Trend remove_trend(const FitGrid& g, FitPoints& p) {
 }
 
 struct State {
+  std::vector<double> stiffness;
+  Band energy;
   FitPoints points;
   Trend trend;
   Residuals residuals;
@@ -156,43 +170,76 @@ void need_solution(const Solution& s) {
                                   ", expected more points or more smoothing");
 }
 
-// Weights from the residuals in turn with solutions, and lambda from each state of the weights.
-void iterate(const Chart& chart, const Smoother& smoother, const NurbsFitOptions& o, double correlation, State& s) {
-  const Run& run = smoother.run;
-  const auto measure = [&] {
-    residuals(run, chart, smoother.grid, s.points, s.trend, s.solution.c, correlation, s.residuals);
-    s.scale = mad(s.residuals, s.robust);
-  };
-  const auto solve_with = [&](Robust how, bool search, double step) {
-    if (s.residuals.z.empty()) {
-      s.count = static_cast<double>(s.points.size()) / correlation;
-    } else {
-      s.count = reweigh(s.points, s.residuals, how, s.scale, o.tukey, correlation, s.robust);
+// Weights from the residuals in turn with solutions; lambda, and where it weighs less, from each state of the weights.
+class Iteration {
+ public:
+  Iteration(const Run& run, const Chart& chart, const FitGrid& grid, const NurbsFitOptions& o, double correlation,
+            State& s)
+      : chart_(chart), o_(o), correlation_(correlation), s_(s),
+        smoother_{run, grid, s.energy, o.smoothing, o.lambda} {}
+
+  void plain() {
+    step(Robust::kNone, 0);
+    adaptively(Robust::kNone, kWide);
+  }
+
+  void robust() {
+    step(Robust::kNone, 0);
+    for (int i = 0; i + 1 < kHuberSteps; ++i) step(Robust::kHuber, 0);
+    step(Robust::kHuber, kWide);
+    for (int i = 0; i < kTukeySteps; ++i) {
+      const double before = s_.scale;
+      step(Robust::kTukey, 0);
+      if (i >= 2 && std::abs(s_.scale - before) < kSettled * before) break;
     }
-    const Normal n = normal_equations(run, smoother.grid, s.points);
-    const bool given = o.smoothing == FitSmoothing::kGiven;
-    const double start = given                 ? smoother.lambda
-                         : s.solution.lambda > 0 ? s.solution.lambda
-                                                 : 0.1 * balanced_lambda(n, smoother.energy);
-    s.solution = search && !given ? choose(smoother, n, s.count, start, step) : solve_at(smoother, n, s.count, start);
-    need_solution(s.solution);
-    measure();
-    ++s.iterations;
-  };
-  s.robust.assign(s.points.row.size(), 1.0);
-  solve_with(Robust::kNone, false, 0);
-  if (!o.robust) {
-    solve_with(Robust::kNone, true, kWide);
-    return;
+    adaptively(Robust::kTukey, kNarrow);
   }
-  for (int i = 0; i < kHuberSteps; ++i) solve_with(Robust::kHuber, i == kHuberSteps - 1, kWide);
-  for (int i = 0; i < kTukeySteps; ++i) {
-    const double before = s.scale;
-    solve_with(Robust::kTukey, false, 0);
-    if (i >= 2 && std::abs(s.scale - before) < kSettled * before) break;
+
+ private:
+  // One solution with new weights; searched: lambda anew, in steps of this size.
+  void step(Robust how, double searched) {
+    if (s_.residuals.z.empty()) {
+      s_.robust.assign(s_.points.row.size(), 1.0);
+      s_.count = static_cast<double>(s_.points.size()) / correlation_;
+    } else {
+      s_.count = reweigh(s_.points, s_.residuals, how, s_.scale, o_.tukey, correlation_, s_.robust);
+    }
+    normal_ = normal_equations(smoother_.run, smoother_.grid, s_.points);
+    search(searched);
+    residuals(smoother_.run, chart_, smoother_.grid, s_.points, s_.trend, s_.solution.c, correlation_, s_.residuals);
+    s_.scale = mad(s_.residuals, s_.robust);
+    ++s_.iterations;
   }
-  solve_with(Robust::kTukey, true, kNarrow);
-}
+
+  void search(double width) {
+    const bool given = o_.smoothing == FitSmoothing::kGiven;
+    const double start = given                    ? o_.lambda
+                         : s_.solution.lambda > 0 ? s_.solution.lambda
+                                                  : 0.1 * balanced_lambda(normal_, s_.energy);
+    s_.solution = given || width == 0 ? solve_at(smoother_, normal_, s_.count, start)
+                                      : choose(smoother_, normal_, s_.count, start, width);
+    if (s_.solution.c.size() == 0)
+      fail(Status::kDegenerate, "surface: leaves control points free at lambda " + text_of(s_.solution.lambda) +
+                                    ", expected more points or more smoothing");
+  }
+
+  void adaptively(Robust how, double width) {
+    step(how, width);
+    for (int i = 0; i < kAdaptSteps && o_.smoothing != FitSmoothing::kGiven; ++i) {
+      adapt(smoother_, s_.solution, s_.count, s_.stiffness);
+      s_.energy = bending_energy(smoother_.grid, s_.stiffness);
+      if (i + 1 < kAdaptSteps) search(0);
+    }
+    if (o_.smoothing != FitSmoothing::kGiven) step(how, kNarrow);
+  }
+
+  const Chart& chart_;
+  const NurbsFitOptions& o_;
+  double correlation_;
+  State& s_;
+  Smoother smoother_;
+  Normal normal_;
+};
 
 // Sigma of the data beyond what they claim, from the residuals; the posterior's scale.
 double noise_variance(const State& s, const NurbsFitOptions& o, double parameters, double columns, double& inflation) {
@@ -244,13 +291,14 @@ NurbsFit fit_nurbs(const Run& run, const Surface& surface, const NurbsFitOptions
   State s;
   s.points = sort_points(run, fit.grid, fit.chart.columns(), data.row, data.at, &surface.points, data.precision);
   s.trend = remove_trend(fit.grid, s.points);
-  const Band energy = bending_energy(fit.grid);
-  const Smoother smoother{run, fit.grid, energy, options.smoothing, options.lambda};
-  iterate(fit.chart, smoother, options, data.correlation, s);
+  s.stiffness.assign(static_cast<std::size_t>(fit.grid.cells_u) * fit.grid.cells_v, 1.0);
+  s.energy = bending_energy(fit.grid, s.stiffness);
+  Iteration iteration(run, fit.chart, fit.grid, options, data.correlation, s);
+  options.robust ? iteration.robust() : iteration.plain();
 
   const Band inverse = inverse_band(run, s.solution.factor);
   fit.lambda = s.solution.lambda;
-  fit.effective_parameters = fit.grid.size() - fit.lambda * trace_product(inverse, energy);
+  fit.effective_parameters = fit.grid.size() - fit.lambda * trace_product(inverse, s.energy);
   fit.point_count = present;
   fit.iterations = s.iterations;
   fit.has_sigma = surface.sigma.size() > 0 || surface.covariance.rows() > 0;

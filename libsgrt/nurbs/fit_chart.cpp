@@ -19,7 +19,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr std::int64_t kSample = 20'000;  // points that decide on a chart
 constexpr double kOpenAngle = 15 * kPi / 180;
 constexpr double kMaxSphereAngle = 0.9 * kPi;
-constexpr double kSteep = 2;  // a height field rises by up to this a mm
+constexpr double kSteep = 1;  // a height field rises by up to this a mm
 
 struct Sample {
   std::vector<std::int64_t> index;
@@ -152,7 +152,8 @@ Vec3 cylinder_axis(const Surface& s, const Sample& sample) {
   return best;
 }
 
-// Turns angle 0 to the middle of the points and decides whether they go all round.
+// Turns angle 0 to the middle of the points and decides whether they go all round. Outliers stray into the gap, so a bin
+// with few points is empty.
 void cut_open(Chart& c, const Surface& s, const Sample& sample) {
   constexpr int kBins = 144;
   std::array<int, kBins> count{};
@@ -160,16 +161,20 @@ void cut_open(Chart& c, const Surface& s, const Sample& sample) {
     const Vec3 p = c.axes.transpose() * (s.point(i) - c.origin);
     ++count[std::min(kBins - 1, static_cast<int>((std::atan2(p.y(), p.x()) + kPi) / (2 * kPi) * kBins))];
   }
+  const int few = static_cast<int>(sample.index.size()) / (10 * kBins);
   int gap = 0, gap_end = 0, run = 0;  // the longest run of empty bins
   for (int k = 0; k < 2 * kBins; ++k) {
-    run = count[k % kBins] == 0 ? std::min(run + 1, kBins) : 0;
+    run = count[k % kBins] <= few ? std::min(run + 1, kBins) : 0;
     if (run > gap) gap = run, gap_end = k % kBins;
   }
-  c.periodic = gap * 2 * kPi / kBins < kOpenAngle;
-  const double middle = c.periodic ? 0 : (gap_end + 1 - 0.5 * gap) / kBins * 2 * kPi;  // opposite the gap
+  const double open = 2 * kPi * gap / kBins;
+  c.periodic = open < kOpenAngle;
+  const double middle = c.periodic ? 0 : 2 * kPi * (gap_end + 1 - 0.5 * gap) / kBins;  // opposite the gap
   const Vec3 x = std::cos(middle) * c.axes.col(0) + std::sin(middle) * c.axes.col(1);
   c.axes.col(0) = x;
   c.axes.col(1) = c.axes.col(2).cross(x);
+  c.length_u = c.radius * (2 * kPi - (c.periodic ? 0 : open));
+  c.u0 = -0.5 * c.length_u;
 }
 
 Chart cylinder_chart(const Surface& s, const Sample& sample, const std::optional<Vec3>& axis) {
@@ -200,18 +205,17 @@ Chart sphere_chart(const Surface& s, const Sample& sample) {
 // u0, v0 and the lengths from all points.
 void set_domain(Chart& c, const Surface& s) {
   double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
-  c.u0 = c.v0 = 0;
-  const bool periodic = std::exchange(c.periodic, false);
+  const bool round = c.kind == FitChart::kCylinder;  // which has its angles
+  Chart from_zero = c;
+  from_zero.u0 = from_zero.v0 = 0, from_zero.periodic = false;
   for (std::int64_t i = 0; i < s.size(); ++i) {
     if (!s.present(i)) continue;
-    const ChartPoint p = to_chart(c, s.point(i));
+    const ChartPoint p = to_chart(from_zero, s.point(i));
     low[0] = std::min(low[0], p.u), high[0] = std::max(high[0], p.u);
     low[1] = std::min(low[1], p.v), high[1] = std::max(high[1], p.v);
   }
-  c.periodic = periodic;
-  c.u0 = periodic ? -kPi * c.radius : low[0];
+  if (!round) c.u0 = low[0], c.length_u = high[0] - low[0];
   c.v0 = low[1];
-  c.length_u = periodic ? 2 * kPi * c.radius : high[0] - low[0];
   c.length_v = high[1] - low[1];
   if (!(c.length_u > 1e-6 * c.length_v) || !(c.length_v > 1e-6 * c.length_u))
     fail(Status::kDegenerate, "surface: seen along the chart's axis its points lie on a line, expected an area");
@@ -227,6 +231,7 @@ double steepness(const Chart& c, const Surface& s, const Sample& sample) {
   std::vector<std::vector<double>> bins(kSide * kSide);
   for (const auto i : sample.index) {
     const ChartPoint p = to_chart(c, s.point(i));
+    if (!(p.u >= 0 && p.u <= c.length_u)) continue;
     bins[static_cast<int>(p.v / cell) * kSide + static_cast<int>(p.u / cell)].push_back(p.f);
   }
   std::vector<double> rises;

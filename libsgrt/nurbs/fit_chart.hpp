@@ -38,7 +38,7 @@ struct ChartPoint {
   double f;     // mm along e
 };
 
-// The foot of x. Not of a grid. In a closed chart u lies in [0, length_u).
+// The foot of x. Not of a grid. In a closed chart u lies in [0, length_u); in an open cylinder a stray point lies outside.
 ChartPoint to_chart(const Chart& chart, const Vec3& x);
 Vec3 base_point(const Chart& chart, double u, double v);
 Vec3 base_normal(const Chart& chart, double u, double v);  // e

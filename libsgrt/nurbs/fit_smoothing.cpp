@@ -10,6 +10,9 @@ namespace sgrt {
 namespace {
 
 constexpr double kReach = 16;  // log lambda is searched this far round the balanced one
+constexpr int kWindow = 2;        // cells to each side, twice
+constexpr double kDoubt = 2;      // parameters' worth of belief that the bending is the same everywhere
+constexpr double kMostUneven = 1e3;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double quadratic(const Band& P, const double* c) {
@@ -22,6 +25,24 @@ double quadratic(const Band& P, const double* c) {
     sum += c[j] * (p[0] * c[j] + 2 * off);
   }
   return sum;
+}
+
+// Sums over windows of 2 kWindow + 1 cells along both directions.
+std::vector<double> window_sums(const FitGrid& g, const std::vector<double>& x) {
+  std::vector<double> rows(x.size(), 0.0), out = rows;
+  const auto at = [&g](int i, int j) { return static_cast<std::size_t>(j) * g.cells_u + i; };
+  for (int j = 0; j < g.cells_v; ++j) {
+    for (int i = 0; i < g.cells_u; ++i) {
+      for (int d = -kWindow; d <= kWindow; ++d) {
+        const int k = g.periodic ? (i + d + g.cells_u) % g.cells_u : i + d;
+        if (k >= 0 && k < g.cells_u) rows[at(i, j)] += x[at(k, j)];
+      }
+    }
+  }
+  for (int j = 0; j < g.cells_v; ++j)
+    for (int d = std::max(-kWindow, -j); d <= std::min(kWindow, g.cells_v - 1 - j); ++d)
+      for (int i = 0; i < g.cells_u; ++i) out[at(i, j)] += rows[at(i, j + d)];
+  return out;
 }
 
 }  // namespace
@@ -41,6 +62,35 @@ double trace_product(const Band& z, const Band& P) {
     sum += z(j, j) * P(j, j) + 2 * off;
   }
   return sum;
+}
+
+void adapt(const Smoother& s, const Solution& solution, double count, std::vector<double>& stiffness) {
+  const FitGrid& g = s.grid;
+  const Band z = inverse_band(s.run, solution.factor);
+  const CellEnergy e = cell_energy(g);
+  const double columns = static_cast<double>(solution.c.cols()), free = g.periodic ? 2 : 3;
+  const double scale = solution.deviance / (columns * (count - free));
+  const double each = (g.size() - free) / static_cast<double>(stiffness.size());
+  std::vector<double> bends(stiffness.size()), known(stiffness.size());
+  for (std::size_t c = 0; c < stiffness.size(); ++c) {
+    int at[16];
+    cell_indices(g, static_cast<std::int64_t>(c), at);
+    double energy = 0, trace = 0;
+    for (int a = 0; a < 16; ++a) {
+      for (int b = 0; b < 16; ++b) {
+        trace += e(a, b) * (at[a] >= at[b] ? z(at[a], at[b]) : z(at[b], at[a]));
+        for (Eigen::Index d = 0; d < solution.c.cols(); ++d)
+          energy += e(a, b) * solution.c(at[a], d) * solution.c(at[b], d);
+      }
+    }
+    const double weight = solution.lambda * stiffness[c];
+    bends[c] = weight * energy / (columns * scale);
+    known[c] = std::max(0.0, each - weight * trace);
+  }
+  bends = window_sums(g, bends);
+  known = window_sums(g, known);
+  for (std::size_t c = 0; c < stiffness.size(); ++c)
+    stiffness[c] = std::clamp(stiffness[c] * (known[c] + kDoubt) / (bends[c] + kDoubt), 1 / kMostUneven, kMostUneven);
 }
 
 Solution solve_at(const Smoother& s, const Normal& normal, double count, double lambda) {

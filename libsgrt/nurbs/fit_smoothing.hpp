@@ -31,6 +31,10 @@ Solution choose(const Smoother& smoother, const Normal& normal, double count, do
 // lambda at which energy and data have the same trace.
 double balanced_lambda(const Normal& normal, const Band& energy);
 
+// Where the surface bends more than lambda expects it becomes softer, and stiffer where less: one step of Fellner and
+// Schall's fixed point (Wood and Fasiolo 2017) in a window about each cell. Without points nothing changes.
+void adapt(const Smoother& smoother, const Solution& solution, double count, std::vector<double>& stiffness);
+
 // tr(A^-1 P) from the band of A^-1.
 double trace_product(const Band& inverse, const Band& P);
 

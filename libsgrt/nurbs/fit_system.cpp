@@ -2,7 +2,6 @@
 // in the order of its points, and cells are put together in order: the same bits at any number of threads.
 #include "nurbs/fit_system.hpp"
 
-#include <array>
 #include <cstring>
 
 #include "core/parallel.hpp"
@@ -55,25 +54,18 @@ void add_cell(const FitGrid& grid, const CellSums& sums, std::int64_t cell, int 
   }
 }
 
-// Integrals of B_i^(r) B_k^(r), k - i = 0 ... 3, along one direction; wraps round where it is closed.
-std::vector<std::array<double, 7>> gram_1d(int order, int cells, double h, bool periodic) {
+// Integrals over a cell of side h of B_i^(r) B_k^(r), by four Gauss points: exact to degree 7.
+Eigen::Matrix4d gram_1d(int order, double h) {
   constexpr double kNode[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526};
   constexpr double kWeight[4] = {0.3478548451374538, 0.6521451548625461, 0.6521451548625461, 0.3478548451374538};
-  double local[4][4] = {};
+  Eigen::Matrix4d g = Eigen::Matrix4d::Zero();
   for (int q = 0; q < 4; ++q) {
-    double b[4];
+    Eigen::Vector4d b;
     const double t = 0.5 + 0.5 * kNode[q];
-    order == 0 ? cell_basis(t, b) : order == 1 ? cell_basis1(t, b) : cell_basis2(t, b);
-    for (int i = 0; i < 4; ++i)
-      for (int k = 0; k < 4; ++k) local[i][k] += 0.5 * kWeight[q] * b[i] * b[k];
+    order == 0 ? cell_basis(t, b.data()) : order == 1 ? cell_basis1(t, b.data()) : cell_basis2(t, b.data());
+    g += 0.5 * kWeight[q] * b * b.transpose();
   }
-  const double scale = order == 0 ? h : order == 1 ? 1 / h : 1 / (h * h * h);
-  const int n = periodic ? cells : cells + 3;
-  std::vector<std::array<double, 7>> g(static_cast<std::size_t>(n), std::array<double, 7>{});
-  for (int c = 0; c < cells; ++c)
-    for (int i = 0; i < 4; ++i)
-      for (int k = 0; k < 4; ++k) g[static_cast<std::size_t>((c + i) % n)][k - i + 3] += scale * local[i][k];
-  return g;
+  return g * (order == 0 ? h : order == 1 ? 1 / h : 1 / (h * h * h));
 }
 
 }  // namespace
@@ -129,27 +121,28 @@ Normal normal_equations(const Run& run, const FitGrid& grid, const FitPoints& p)
   return n;
 }
 
-Band bending_energy(const FitGrid& grid) {
-  std::vector<std::array<double, 7>> gu[3], gv[3];
-  for (int r = 0; r < 3; ++r) {
-    gu[r] = gram_1d(r, grid.cells_u, grid.hu, grid.periodic);
-    gv[r] = gram_1d(r, grid.cells_v, grid.hv, false);
-  }
-  Band p(grid.size(), grid.band_width());
-  const int nu = grid.nu(), nv = grid.nv();
-  for (int j = 0; j < nv; ++j) {
-    for (int i = 0; i < nu; ++i) {
-      for (int dj = -3; dj <= 3; ++dj) {
-        for (int di = -3; di <= 3; ++di) {
-          const int jj = j + dj, ii = grid.periodic ? (i + di + nu) % nu : i + di;
-          if (jj < 0 || jj >= nv || ii < 0 || ii >= nu) continue;
-          const int a = grid.index(ii, jj), b = grid.index(i, j);
-          if (a < b) continue;
-          const auto energy = [&](int r, int s) { return gu[r][i][di + 3] * gv[s][j][dj + 3]; };
-          p(a, b) += energy(2, 0) + 2 * energy(1, 1) + energy(0, 2);
-        }
-      }
+CellEnergy cell_energy(const FitGrid& grid) {
+  Eigen::Matrix4d u[3], v[3];
+  for (int r = 0; r < 3; ++r) u[r] = gram_1d(r, grid.hu), v[r] = gram_1d(r, grid.hv);
+  CellEnergy e;
+  for (int a = 0; a < 16; ++a) {
+    for (int b = 0; b < 16; ++b) {
+      const auto part = [&](int r, int s) { return u[r](a % 4, b % 4) * v[s](a / 4, b / 4); };
+      e(a, b) = part(2, 0) + 2 * part(1, 1) + part(0, 2);
     }
+  }
+  return e;
+}
+
+Band bending_energy(const FitGrid& grid, const std::vector<double>& stiffness) {
+  const CellEnergy e = cell_energy(grid);
+  Band p(grid.size(), grid.band_width());
+  for (std::size_t c = 0; c < stiffness.size(); ++c) {
+    int at[16];
+    cell_indices(grid, static_cast<std::int64_t>(c), at);
+    for (int a = 0; a < 16; ++a)
+      for (int b = 0; b < 16; ++b)
+        if (at[a] >= at[b]) p(at[a], at[b]) += stiffness[c] * e(a, b);
   }
   return p;
 }

@@ -46,10 +46,14 @@ FitPoints sort_points(const Run& run, const FitGrid& grid, int columns, const st
 
 Normal normal_equations(const Run& run, const FitGrid& grid, const FitPoints& points);
 
-// The integral of f_uu^2 + 2 f_uv^2 + f_vv^2 over the chart as a form in the coefficients; 0 for planes.
-Band bending_energy(const FitGrid& grid);
+// The integral of f_uu^2 + 2 f_uv^2 + f_vv^2 over one cell as a form in its 16 coefficients; 0 for planes.
+using CellEnergy = Eigen::Matrix<double, 16, 16>;
+CellEnergy cell_energy(const FitGrid& grid);
 
-// body(k, b, db): for each point k of cells [begin, end) with the 16 coefficients' indices of its cell.
+// The same over the chart, each cell times its stiffness.
+Band bending_energy(const FitGrid& grid, const std::vector<double>& stiffness);
+
+// The 16 coefficients of a cell, u fastest.
 void cell_indices(const FitGrid& grid, std::int64_t cell, int* indices);
 
 // Blocks of cells for the threads: fixed, whatever their number.
