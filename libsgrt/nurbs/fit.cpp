@@ -21,6 +21,7 @@ constexpr double kPointsPerCell = 2;        // where the control points are chos
 constexpr std::int64_t kMaxBand = 1 << 27;  // numbers: 1 GiB
 constexpr int kHuberSteps = 4, kTukeySteps = 8, kAdaptSteps = 2;
 constexpr double kSettled = 1e-3;  // relative change of the scale
+constexpr double kLambdaStep = 0.05;         // relative, of the derivative that splits noise from bias
 constexpr double kWide = 2.0, kNarrow = 0.7;  // steps in log lambda
 
 void check(const NurbsFitOptions& o) {
@@ -164,12 +165,6 @@ struct State {
   int iterations = 0;
 };
 
-void need_solution(const Solution& s) {
-  if (s.c.size() == 0)
-    fail(Status::kDegenerate, "surface: leaves control points free at lambda " + text_of(s.lambda) +
-                                  ", expected more points or more smoothing");
-}
-
 // Weights from the residuals in turn with solutions; lambda, and where it weighs less, from each state of the weights.
 class Iteration {
  public:
@@ -194,6 +189,9 @@ class Iteration {
     }
     adaptively(Robust::kTukey, kNarrow);
   }
+
+  // The last normal equations solved with another lambda.
+  Solution again(double lambda) const { return solve_at(smoother_, normal_, s_.count, lambda); }
 
  private:
   // One solution with new weights; searched: lambda anew, in steps of this size.
@@ -305,13 +303,15 @@ NurbsFit fit_nurbs(const Run& run, const Surface& surface, const NurbsFitOptions
   double inflation;
   const double variance = noise_variance(s, options, fit.effective_parameters, fit.chart.columns(), inflation);
   fit.noise = std::sqrt(variance);
-  keep_covariance(fit, inverse, inflation * (fit.has_sigma ? std::max(1.0, variance) : variance));
+  mark_occupied(fit, s.points, s.robust);
+  const Solution stiffer = iteration.again(fit.lambda * (1 + kLambdaStep));
+  keep_covariance(fit, inverse, inverse_band(run, stiffer.factor), kLambdaStep,
+                  inflation * (fit.has_sigma ? std::max(1.0, variance) : variance));
   fit.coefficients = s.solution.c;
   for (int j = 0; j < fit.grid.nv(); ++j)
     for (int i = 0; i < fit.grid.nu(); ++i)
       fit.coefficients.row(fit.grid.index(i, j)) +=
           Vec3(1, (i - 1) * fit.grid.hu, (j - 1) * fit.grid.hv).transpose() * s.trend;
-  mark_occupied(fit, s.points, s.robust);
   keep_points(fit, surface, s, data);
   make_surface_of(fit);
   return fit;

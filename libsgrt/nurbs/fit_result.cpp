@@ -1,3 +1,4 @@
+// The tensor-product interpolation of the model at Greville abscissae: exact over a plane, where the model is a spline.
 #include "nurbs/fit_result.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@ namespace sgrt {
 namespace {
 
 constexpr double kPointsPerBin = 4;  // so that a bin among points is empty once in fifty
+constexpr double kBiasShare = 0.25;
 constexpr int kMaxBins = 4;          // along a side of a cell
 
 // B_j(xi_i): clamped cubic splines at their Greville abscissae.
@@ -28,6 +30,7 @@ double worst_difference(const NurbsFit& fit) {
   for (int j = 0; j < fit.grid.cells_v; ++j) {
     for (int i = 0; i < fit.grid.cells_u; ++i) {
       const double u = (i + 0.5) / fit.grid.cells_u, v = (j + 0.5) / fit.grid.cells_v;
+      if (fit.occupied[static_cast<std::size_t>(fit.grid.index(i + 1, j + 1))] < kSupported) continue;
       const Vec3 model = model_point(fit, u * fit.chart.length_u, v * fit.chart.length_v);
       worst = std::max(worst, (evaluate(fit.surface, u, v) - model).norm());
     }
@@ -75,7 +78,11 @@ void make_surface_of(NurbsFit& fit) {
   fit.conversion_error = worst_difference(fit);
 }
 
-void keep_covariance(NurbsFit& fit, const Band& z, double scale) {
+// The posterior A^-1 is noise, A^-1 X A^-1, plus the bias that the prior expects, B = -d A^-1 / d log lambda. Skin is
+// smoother than draws of the prior: at the best lambda the bias is B / 4 for a smooth surface, B for one as rough as the
+// prior. We take B / 4 among points, and all of B where there are none (eq. 19).
+void keep_covariance(NurbsFit& fit, const Band& z, const Band& stiffer, double step, double scale) {
+  const double part = (1 - kBiasShare) / step;
   const FitGrid& g = fit.grid;
   fit.covariance.assign(static_cast<std::size_t>(g.size()) * kNeighbourSlots, 0.0);
   for (int j = 0; j < g.nv(); ++j) {
@@ -85,8 +92,10 @@ void keep_covariance(NurbsFit& fit, const Band& z, double scale) {
           const int ii = g.periodic ? (i + di + g.nu()) % g.nu() : i + di;
           if (ii < 0 || ii >= g.nu()) continue;
           const int a = g.index(i, j), b = g.index(ii, j + dj);
+          const int row = std::max(a, b), column = std::min(a, b);
+          const double bias = part * (z(row, column) - stiffer(row, column)) * std::sqrt(fit.occupied[a] * fit.occupied[b]);
           fit.covariance[static_cast<std::size_t>(a) * kNeighbourSlots + 7 * dj + di + 3] =
-              scale * (a > b ? z(a, b) : z(b, a));
+              scale * (z(row, column) - bias);
         }
       }
     }

@@ -9,8 +9,8 @@ namespace sgrt {
 // fit.surface and fit.conversion_error from fit.coefficients.
 void make_surface_of(NurbsFit& fit);
 
-// fit.covariance from the band of the inverse, times `scale`.
-void keep_covariance(NurbsFit& fit, const Band& inverse, double scale);
+// fit.covariance from the band of the inverse and of that at lambda (1 + step), times `scale`. Needs fit.occupied.
+void keep_covariance(NurbsFit& fit, const Band& inverse, const Band& stiffer, double step, double scale);
 
 // fit.occupied from the points with robust[k] > 0.
 void mark_occupied(NurbsFit& fit, const FitPoints& points, const std::vector<double>& robust);

@@ -1,3 +1,4 @@
+// Residuals and weights; two passes over the points, and a median.
 #include "nurbs/fit_weights.hpp"
 
 #include <algorithm>
@@ -43,7 +44,7 @@ void residuals(const Run& run, const Chart& chart, const FitGrid& grid, const Fi
       for (int i = 0; i < 16; ++i) q[d][i] = c(at[i], d);
     const double u_cell = static_cast<double>(cell % grid.cells_u), v_cell = static_cast<double>(cell / grid.cells_u);
     for (std::int64_t k = p.cell_begin[cell]; k < p.cell_begin[cell + 1]; ++k) {
-      double bu[4], bv[4], du[4], dv[4], r[3];
+      double bu[4], bv[4], du[4], dv[4], r[3] = {0, 0, 0};
       cell_basis(p.tu[k], bu), cell_basis1(p.tu[k], du);
       cell_basis(p.tv[k], bv), cell_basis1(p.tv[k], dv);
       const double u = (u_cell + p.tu[k]) * grid.hu, v = (v_cell + p.tv[k]) * grid.hv;
