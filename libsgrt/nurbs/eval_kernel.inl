@@ -14,6 +14,9 @@ static inline __attribute__((always_inline)) Lanes all(double x) {
   return Lanes{x, x, x, x};
 }
 
+// The orders in u and in v of S, S_u, S_v, S_uu, S_uv, S_vv.
+constexpr int kInU[6] = {0, 1, 0, 2, 1, 0}, kInV[6] = {0, 0, 1, 0, 1, 2};
+
 static inline int span_of(const Spline& s, double u) {
   int b = (int)((u - s.begin) * s.scale);
   if (b >= s.bucket_count) b = s.bucket_count - 1;
@@ -34,8 +37,10 @@ static inline __attribute__((always_inline)) void basis(const Spline& s, int k, 
   double t2[P ? P + 2 : kMaxSplineDegree + 2];
   t1[0] = t2[0] = 0;
   N[0] = 1;
+#pragma GCC unroll 4
   for (int j = 1; j <= p; ++j) {
     double saved = 0;
+#pragma GCC unroll 4
     for (int r = 0; r < j; ++r) {
       const double t = N[r] * *inverse++;
       if (j == p) t1[r + 1] = t;
@@ -47,6 +52,7 @@ static inline __attribute__((always_inline)) void basis(const Spline& s, int k, 
   }
   if (order < 1) return;
   t1[p + 1] = 0;
+#pragma GCC unroll 4
   for (int r = 0; r <= p; ++r) N1[r] = p * (t1[r] - t1[r + 1]);
   if (order < 2) return;
   if (p == 1) {
@@ -56,6 +62,7 @@ static inline __attribute__((always_inline)) void basis(const Spline& s, int k, 
   t2[p] = 0;
   const double* last = s.inverse + (long)k * (p * (p + 1) / 2) + p * (p - 1) / 2;
   double before = 0;
+#pragma GCC unroll 4
   for (int r = 0; r < p; ++r) {
     const double t = (p - 1) * (t2[r] - t2[r + 1]) * last[r];
     N2[r] = p * (before - t);
@@ -93,25 +100,28 @@ static void points(const Patch& patch, const double* uv, long n, double* out) {
     basis<P>(patch.v, kv, uv[2 * i + 1], Order, Nv[0], Nv[1], Nv[2]);
     const double* corner = patch.points + (ku - p) * row + 4L * (kv - q);
     Lanes A[kCount];
+#pragma GCC unroll 4
     for (int b = 0; b <= q; ++b) {
       Lanes T[Order + 1];
+#pragma GCC unroll 4
       for (int a = 0; a <= p; ++a) {
         const Lanes point = load4(corner + a * row + 4 * b);
+#pragma GCC unroll 3
         for (int k = 0; k <= Order; ++k) T[k] = a == 0 ? all(Nu[k][a]) * point : T[k] + all(Nu[k][a]) * point;
       }
-      int slot = 0;
-      for (int total = 0; total <= Order; ++total) {
-        for (int l = 0; l <= total; ++l, ++slot) {
-          const Lanes term = all(Nv[l][b]) * T[total - l];
-          A[slot] = b == 0 ? term : A[slot] + term;
-        }
+#pragma GCC unroll 6
+      for (int s = 0; s < kCount; ++s) {
+        const Lanes term = all(Nv[kInV[s]][b]) * T[kInU[s]];
+        A[s] = b == 0 ? term : A[s] + term;
       }
     }
     if (patch.rational) {
       Lanes W[kCount];
+#pragma GCC unroll 6
       for (int s = 0; s < kCount; ++s) W[s] = all(A[s][3]);
       quotient<Lanes>(A, W, all(1 / A[0][3]), Order);
     }
+#pragma GCC unroll 6
     for (int s = 0; s < kCount; ++s) {
       out[3 * s] = A[s][0];
       out[3 * s + 1] = A[s][1];
@@ -125,25 +135,24 @@ static void points(const Patch& patch, const double* uv, long n, double* out) {
 template <int P, int Order, int Coordinates>
 static inline __attribute__((always_inline)) void run_of_span(const Patch& patch, const GridRow& g, int kv, long start,
                                                               long first, long last) {
+  constexpr int kCount = (Order + 1) * (Order + 2) / 2;
   const int q = P ? P : patch.v.degree;
   const long width = patch.v.size, line = kChunk + kLanes;
-  for (long j = first; j < last; j += kLanes) {
-    const double* N = g.Nv + j;
-    for (int k = 0; k <= Order; ++k) {
-      for (int c = 0; c < Coordinates; ++c) {
-        const double* T = g.columns + (4 * k + c) * width + kv - q;
-        Lanes sum[Order + 1];
-        for (int b = 0; b <= q; ++b) {
-          const Lanes t = all(T[b]);
-          for (int l = 0; l + k <= Order; ++l) {
-            const Lanes term = load4(N + (l * (q + 1) + b) * g.stride) * t;
-            sum[l] = b == 0 ? term : sum[l] + term;
-          }
-        }
-        for (int l = 0; l + k <= Order; ++l) {
-          store4(g.line + (4 * ((k + l) * (k + l + 1) / 2 + l) + c) * line + j - start, sum[l]);
+  for (int c = 0; c < Coordinates; ++c) {
+    const double* T = g.columns + c * width + kv - q;
+    for (long j = first; j < last; j += kLanes) {
+      Lanes sum[kCount];
+#pragma GCC unroll 4
+      for (int b = 0; b <= q; ++b) {
+#pragma GCC unroll 6
+        for (int s = 0; s < kCount; ++s) {
+          const Lanes N = load4(g.Nv + j + (kInV[s] * (q + 1) + b) * g.stride);
+          const Lanes term = N * all(T[4 * kInU[s] * width + b]);
+          sum[s] = b == 0 ? term : sum[s] + term;
         }
       }
+#pragma GCC unroll 6
+      for (int s = 0; s < kCount; ++s) store4(g.line + (4 * s + c) * line + j - start, sum[s]);
     }
   }
 }
@@ -182,8 +191,10 @@ static void grid_row(const Patch& patch, const GridRow& g) {
         for (int s = 0; s < kCount; ++s) W[s] = load4(g.line + (4 * s + 3) * line + j);
         const Lanes inverse = all(1) / W[0];
         for (int c = 0; c < 3; ++c) {
+#pragma GCC unroll 6
           for (int s = 0; s < kCount; ++s) A[s] = load4(g.line + (4 * s + c) * line + j);
           quotient<Lanes>(A, W, inverse, Order);
+#pragma GCC unroll 6
           for (int s = 0; s < kCount; ++s) store4(g.line + (4 * s + c) * line + j, A[s]);
         }
       }
