@@ -99,10 +99,10 @@ static void points(const Patch& patch, const double* uv, long n, double* out) {
     basis<P>(patch.u, ku, uv[2 * i], Order, Nu[0], Nu[1], Nu[2]);
     basis<P>(patch.v, kv, uv[2 * i + 1], Order, Nv[0], Nv[1], Nv[2]);
     const double* corner = patch.points + (ku - p) * row + 4L * (kv - q);
-    Lanes A[kCount];
+    Lanes A[kCount] = {};
 #pragma GCC unroll 4
     for (int b = 0; b <= q; ++b) {
-      Lanes T[Order + 1];
+      Lanes T[Order + 1] = {};
 #pragma GCC unroll 4
       for (int a = 0; a <= p; ++a) {
         const Lanes point = load4(corner + a * row + 4 * b);
@@ -141,7 +141,7 @@ static inline __attribute__((always_inline)) void run_of_span(const Patch& patch
   for (int c = 0; c < Coordinates; ++c) {
     const double* T = g.columns + c * width + kv - q;
     for (long j = first; j < last; j += kLanes) {
-      Lanes sum[kCount];
+      Lanes sum[kCount] = {};
 #pragma GCC unroll 4
       for (int b = 0; b <= q; ++b) {
 #pragma GCC unroll 6

@@ -50,6 +50,19 @@ double lower_bound_of(const Piece& points, const Vec3& x) {
   return std::max(box, slab);
 }
 
+// How long the control polygons along u, or along v, are in all, over their number.
+double length_along(const Piece& points, int p, int q, bool in_u) {
+  double sum = 0;
+  for (int i = 0; i + (in_u ? 1 : 0) <= p; ++i) {
+    for (int j = 0; j + (in_u ? 0 : 1) <= q; ++j) {
+      const Vec4& a = points[static_cast<std::size_t>(i * (q + 1) + j)];
+      const Vec4& b = points[static_cast<std::size_t>((i + (in_u ? 1 : 0)) * (q + 1) + j + (in_u ? 0 : 1))];
+      sum += (a.head<3>() / a[3] - b.head<3>() / b[3]).norm();
+    }
+  }
+  return sum / (in_u ? q + 1 : p + 1);
+}
+
 // De Casteljau at the middle along one direction: `points` becomes the first half, the second is returned.
 Piece halve(Piece& points, int degree, std::size_t stride, std::size_t lines, std::size_t line_step) {
   Piece second = points;
@@ -197,7 +210,7 @@ ClosestFinder::ClosestFinder(const NurbsSurface& surface) {
 ClosestFinder::~ClosestFinder() = default;
 
 ClosestPoint ClosestFinder::operator()(const Vec3& x) const {
-  constexpr int kMost = 3000;  // nodes beyond the pieces, of one query
+  constexpr int kMost = 20000;  // nodes beyond the pieces, of one query
   const Data& d = *data_;
   ClosestPoint best{0, 0, Vec3::Zero(), std::numeric_limits<double>::infinity(), 0};
   std::size_t start = 0;  // the piece whose corner is nearest
@@ -206,6 +219,7 @@ ClosestPoint ClosestFinder::operator()(const Vec3& x) const {
   }
   d.newton(x, d.roots[start].u0, d.roots[start].v0, best);
   const double tolerance = 1e-8 * d.size;
+  const auto across = static_cast<std::size_t>(d.q + 1), along = static_cast<std::size_t>(d.p + 1);
   std::vector<Entry> heap;
   std::vector<Node> nodes;
   const auto count = static_cast<int>(d.roots.size());
@@ -236,23 +250,18 @@ ClosestPoint ClosestFinder::operator()(const Vec3& x) const {
                                  : std::move(nodes[static_cast<std::size_t>(top.node - count)]);
     if (top.node < count && lower_bound_of(node.points, x) >= best.distance - tolerance) continue;
     const double u = 0.5 * (node.u0 + node.u1), v = 0.5 * (node.v0 + node.v1);
-    if (node.depth <= 3) d.newton(x, u, v, best);
+    if (node.depth <= 6) d.newton(x, u, v, best);
     ++node.depth;
-    const auto across = static_cast<std::size_t>(d.q + 1), along = static_cast<std::size_t>(d.p + 1);
-    Node right = node;
-    right.points = halve(node.points, d.p, across, across, 1);
-    node.u1 = right.u0 = u;
-    for (Node* half : {&node, &right}) {
-      if (d.curve) {
-        push(std::move(*half));
-        continue;
-      }
-      Node upper = *half;
-      upper.points = halve(half->points, d.q, 1, along, across);
-      half->v1 = upper.v0 = v;
-      push(std::move(*half));
-      push(std::move(upper));
+    Node second = node;
+    if (d.curve || length_along(node.points, d.p, d.q, true) >= length_along(node.points, d.p, d.q, false)) {
+      second.points = halve(node.points, d.p, across, across, 1);
+      node.u1 = second.u0 = u;
+    } else {
+      second.points = halve(node.points, d.q, 1, along, across);
+      node.v1 = second.v0 = v;
     }
+    push(std::move(node));
+    push(std::move(second));
   }
   best.gap = std::max(tolerance, best.distance - proved);
   return best;

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <vector>
 
-#include "../expect.hpp"
+#include "expect.hpp"
 #include "nurbs/curve.hpp"
 #include "nurbs/surface.hpp"
 
@@ -21,7 +23,7 @@ inline SplineBasis draw_basis(Draw& draw, int degree, int count, bool clamped, i
     const int times = 1 + static_cast<int>(draw.bits() % static_cast<unsigned>(std::min(degree, most_multiple)));
     for (int i = 0; i < times && static_cast<int>(inner.size()) < wanted; ++i) inner.push_back(u);
   }
-  const double first = wanted > 0 ? inner.front() - draw.uniform(0.1, 1) : 0, last = u + draw.uniform(0.1, 1);
+  const double first = (wanted > 0 ? inner.front() : u) - draw.uniform(0.1, 1), last = u + draw.uniform(0.1, 1);
   double low = first, high = last;
   for (int i = 0; i <= degree; ++i) {
     basis.knots.insert(basis.knots.begin(), low);
