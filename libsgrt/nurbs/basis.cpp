@@ -8,8 +8,9 @@
 
 namespace sgrt {
 
-void check_basis(const SplineBasis& basis, int count, const std::string& name) {
-  const int p = basis.degree;
+namespace {
+
+void check_degree(int p, int count, const std::string& name) {
   if (p < 1) fail(Status::kInvalidArgument, name + ": degree " + std::to_string(p) + ", expected at least 1");
   if (p > kMaxDegree)
     fail(Status::kLimit, name + ": degree " + std::to_string(p) + ", expected at most " + std::to_string(kMaxDegree));
@@ -19,6 +20,13 @@ void check_basis(const SplineBasis& basis, int count, const std::string& name) {
     fail(Status::kInvalidArgument, name + ": " + std::to_string(count) + " control points, expected at least " +
                                        std::to_string(p + 1) + " for degree " + std::to_string(p));
   }
+}
+
+}  // namespace
+
+void check_basis(const SplineBasis& basis, int count, const std::string& name) {
+  const int p = basis.degree;
+  check_degree(p, count, name);
   const std::vector<double>& U = basis.knots;
   const auto required = static_cast<std::size_t>(count + p + 1);
   if (U.size() != required) {
@@ -46,6 +54,7 @@ void check_basis(const SplineBasis& basis, int count, const std::string& name) {
 }
 
 SplineBasis uniform_basis(int degree, int count) {
+  check_degree(degree, count, "knots");
   SplineBasis basis{degree, {}};
   const int spans = count - degree;
   for (int i = 0; i < count + degree + 1; ++i) {
