@@ -185,7 +185,8 @@ bool curvature_at(const Grid& grid, const MatchField& field, std::int64_t k, Row
 
 // Refines every match once more over the curvature of its neighbourhood. Reads the first pass, writes the second.
 void bend(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& field) {
-  const auto gain = static_cast<float>(bending_gain(matcher.options.window, grid.stride));
+  if (field.gain == 0) field.gain = bending_gain(matcher.options.window, grid.stride);
+  const auto gain = static_cast<float>(field.gain);
   field.bent = field.matches;
   field.labels.assign(grid.size(), static_cast<std::int64_t>(Reason::kNone));
   parallel_for(

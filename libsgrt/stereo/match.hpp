@@ -42,6 +42,7 @@ struct MatchField {
   std::vector<std::int64_t> wave, tried, labels;  // work
   std::vector<float> noise;                       // work
   std::vector<double> medians[3];                 // work
+  double gain = 0;                                // bending_gain, once it is known
 };
 
 void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage& right, const CoarseMap& coarse,

@@ -10,9 +10,8 @@ import click
 
 from .. import __version__
 from ..errors import Error
+from . import register, stereo
 from ._common import Failure, exit_code, one_line
-from .register import register
-from .stereo import stereo
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -27,12 +26,12 @@ def group() -> None:
     """
 
 
-group.add_command(stereo)
-group.add_command(register)
+group.add_command(stereo.command)
+group.add_command(register.command)
 if importlib.util.find_spec("sgrt.demo"):
-    from .demo import demo
+    from . import demo
 
-    group.add_command(demo)
+    group.add_command(demo.command)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
