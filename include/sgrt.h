@@ -1,6 +1,6 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
- * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo, icp.
+ * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo, nurbs_fit, icp.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose
  * `a_from_b` maps b-coordinates to a. Pixel (0,0) is the centre of the top-left pixel. The room frame is IEC 61217 fixed:
@@ -475,6 +475,113 @@ SGRT_API sgrt_status sgrt_stereo_session_create(sgrt_context *context, const sgr
 SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo_session *session, const sgrt_view *left,
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
+
+/* ----------------------------------------------------------------------------------------------------- nurbs_fit */
+
+/* A smooth surface through scattered points with noise, holes and outliers, and how sure it is: cubic tensor-product
+ * B-splines by penalised robust least squares (docs/theory/nurbs_fit.md). Immutable. */
+typedef struct sgrt_nurbs_fit sgrt_nurbs_fit;
+
+/* What the parameters u and v run over. */
+enum {
+  SGRT_NURBS_CHART_AUTO = 0,     /* a plane where the body is a height field, else the less steep of the next two */
+  SGRT_NURBS_CHART_PLANE = 1,    /* a height field over the best plane, or along axis */
+  SGRT_NURBS_CHART_CYLINDER = 2, /* angle x height about an axis: a torso, a limb; closed where the points go all round */
+  SGRT_NURBS_CHART_SPHERE = 3,   /* directions from inside, without a pole among the points: a head */
+  SGRT_NURBS_CHART_GRID = 4      /* the column and row of an organised surface */
+};
+enum {
+  SGRT_NURBS_SMOOTHING_REML = 0, /* restricted maximum likelihood */
+  SGRT_NURBS_SMOOTHING_GCV = 1,  /* generalised cross-validation */
+  SGRT_NURBS_SMOOTHING_GIVEN = 2 /* lambda */
+};
+
+typedef struct sgrt_nurbs_fit_options {
+  uint32_t struct_size;
+  int32_t chart;              /* SGRT_NURBS_CHART_...; default AUTO */
+  int32_t smoothing;          /* SGRT_NURBS_SMOOTHING_...; default REML */
+  int32_t robust;             /* 0: least squares; 1: outliers do not count. Default 1 */
+  int32_t control_points[2];  /* in u and v, 4 to 2000 (round a closed body 8); 0: from the density. Default 0, 0 */
+  int32_t max_control_points; /* in all, where they are chosen, 16 to 100,000; default 4096 */
+  int32_t reserved;
+  double axis[3];             /* of the height field (outward) or the cylinder; 0 0 0: estimated. Default 0 0 0 */
+  double lambda;              /* of SMOOTHING_GIVEN: weight of the bending energy against sum (r / sigma)^2, >= 0; default 1 */
+  double tukey;               /* residuals beyond so many sigma do not count, 2 to 100; default 4.685 */
+} sgrt_nurbs_fit_options;
+SGRT_API sgrt_status sgrt_nurbs_fit_options_init(sgrt_nurbs_fit_options *options, size_t size);
+
+/* Fits the surface that minimises sum w (r / sigma)^2 + lambda * integral(f_uu^2 + 2 f_uv^2 + f_vv^2) over its chart
+ * (docs/theory/nurbs_fit.md eq. 6). A plane comes back exactly whatever lambda is.
+ *
+ * surface: at least 16 points, mm. sigma_mm or covariance weigh the points; without them sigma is estimated. Normals, where
+ * there are any, say what is outward; else +z. options may be NULL. *fit is written for SGRT_OK only; free with
+ * sgrt_nurbs_fit_free. Uses the context's threads; the result does not depend on their number.
+ *
+ * SGRT_E_INVALID_ARGUMENT   an option out of range, SGRT_NURBS_CHART_GRID for a surface that is not organised
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 16 points
+ * SGRT_E_DEGENERATE         all points on a line or in one place; too flat or too closed for the chart asked for;
+ *                           lambda = 0 where control points have no data
+ * SGRT_E_LIMIT              control points whose band matrix exceeds 1 GiB
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_create(sgrt_context *context, const sgrt_surface *surface,
+                                           const sgrt_nurbs_fit_options *options, sgrt_nurbs_fit **fit);
+SGRT_API void sgrt_nurbs_fit_free(sgrt_nurbs_fit *fit);
+
+typedef struct sgrt_nurbs_fit_info {
+  uint32_t struct_size;
+  int32_t chart;             /* SGRT_NURBS_CHART_... that was used */
+  int32_t control_points[2]; /* of the surface, in u and v */
+  int32_t closed;            /* 1: the surface goes all round in u */
+  int32_t iterations;        /* solutions with new weights */
+  int64_t point_count;       /* present points of the surface */
+  int64_t inlier_count;      /* points with a weight above 0 */
+  double lambda;
+  double effective_parameters; /* trace of the smoother */
+  double noise;              /* estimated sigma along the normal: in units of the points' own; mm where they have none */
+  double rms_mm;             /* of the inliers' distances along the normal */
+  double conversion_error_mm; /* the surface is a spline, a chart on a cylinder or sphere is not: largest difference found */
+} sgrt_nurbs_fit_info;
+SGRT_API sgrt_status sgrt_nurbs_fit_summary(const sgrt_nurbs_fit *fit, sgrt_nurbs_fit_info *info);
+
+enum {
+  SGRT_NURBS_FIT_RESIDUAL = 1,       /* f64, N or H x W as the surface: mm along the normal, positive outside; NaN where absent */
+  SGRT_NURBS_FIT_WEIGHT = 2,         /* f64, like it: robust weight, 0 (outlier) to 1 */
+  SGRT_NURBS_FIT_PARAMETERS = 3,     /* f64, N x 2 or H x W x 2: u, v of each point */
+  SGRT_NURBS_FIT_KNOTS_U = 4,        /* f64, clamped on [0, 1] */
+  SGRT_NURBS_FIT_KNOTS_V = 5,
+  SGRT_NURBS_FIT_CONTROL_POINTS = 6  /* f64, nu x nv x 3, mm */
+};
+/* Lends an array; it lives as long as the fit. SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_array(const sgrt_nurbs_fit *fit, int32_t field, sgrt_view *view);
+
+enum { SGRT_NURBS_FIT_JSON = 1 /* the surface, schema sgrt-nurbs/1 */ };
+/* Lends a text; NULL where fit is NULL or the field unknown. since 0.1 */
+SGRT_API const char *sgrt_nurbs_fit_text(const sgrt_nurbs_fit *fit, int32_t field);
+
+/* What is wanted of N places; an array whose data is NULL is not. All f64. */
+typedef struct sgrt_nurbs_fit_samples {
+  uint32_t struct_size;
+  int32_t reserved;
+  sgrt_mut_view points;            /* N x 3, mm */
+  sgrt_mut_view normals;           /* N x 3, unit, outward */
+  sgrt_mut_view sigma_mm;          /* N: one sigma of the surface along its normal, bias by smoothing included */
+  sgrt_mut_view support;           /* N: 1 with points all round, 0 with none near; below 0.5 it is extrapolated */
+  sgrt_mut_view covariance;        /* N x 6: of the point, xx xy xz yy yz zz, mm2 */
+  sgrt_mut_view normal_covariance; /* N x 6: of the normal (delta method) */
+  sgrt_mut_view derivatives;       /* N x 5 x 3: S_u S_v S_uu S_uv S_vv, mm */
+  sgrt_mut_view derivative_covariance; /* N x 5 x 6, mm2 */
+} sgrt_nurbs_fit_samples;
+/* Empties *samples and sets its struct_size. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_samples_init(sgrt_nurbs_fit_samples *samples, size_t size);
+
+/* The surface and its posterior at parameters uv: N x 2, each in [0, 1].
+ * SGRT_E_INVALID_ARGUMENT  a parameter outside or not finite; an output of another shape. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_evaluate(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *uv,
+                                             const sgrt_nurbs_fit_samples *samples);
+/* Parameters of the surface points nearest to points (N x 3, mm), from their feet in the chart downhill: meant for points
+ * near the surface. uv: f64, N x 2. SGRT_E_INVALID_ARGUMENT  a point that is not finite. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_nearest(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *points,
+                                            const sgrt_mut_view *uv);
 
 /* ----------------------------------------------------------------------------------------------------------- icp */
 

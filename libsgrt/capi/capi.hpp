@@ -19,6 +19,7 @@
 #include "core/roi.hpp"
 #include "core/run.hpp"
 #include "core/surface.hpp"
+#include "nurbs/fit.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
@@ -51,6 +52,11 @@ struct sgrt_stereo_session {
   sgrt::StereoMatcher matcher;
   double time_s;  // of the last push
   sgrt_stereo lent;
+};
+
+struct sgrt_nurbs_fit {
+  sgrt::NurbsFit fit;
+  std::string json;
 };
 
 struct sgrt_icp {

@@ -20,8 +20,8 @@ constexpr std::int64_t kBlock = 8192;       // points
 constexpr double kPointsPerCell = 2;        // where the control points are chosen
 constexpr std::int64_t kMaxBand = 1 << 27;  // numbers: 1 GiB
 constexpr int kHuberSteps = 4, kTukeySteps = 8, kAdaptSteps = 2;
-constexpr double kSettled = 1e-3;  // relative change of the scale
-constexpr double kLambdaStep = 0.05;         // relative, of the derivative that splits noise from bias
+constexpr double kSettled = 1e-3;             // relative change of the scale
+constexpr double kLambdaStep = 0.05;          // relative, of the derivative that splits noise from bias
 constexpr double kWide = 2.0, kNarrow = 0.7;  // steps in log lambda
 
 void check(const NurbsFitOptions& o) {
@@ -113,8 +113,9 @@ FitGrid make_grid(const Chart& chart, const Data& data, const NurbsFitOptions& o
                                        ", expected at least 8 round a closed body");
   double side = std::sqrt(kPointsPerCell * covered_area(chart, data) / static_cast<double>(data.row.size()));
   for (;; side *= 1.02) {
-    g.cells_u = o.control_points[0] ? o.control_points[0] - more
-                                    : std::max(least, static_cast<int>(std::min(1e4, std::ceil(chart.length_u / side))));
+    g.cells_u = o.control_points[0]
+                    ? o.control_points[0] - more
+                    : std::max(least, static_cast<int>(std::min(1e4, std::ceil(chart.length_u / side))));
     g.cells_v = o.control_points[1] ? o.control_points[1] - 3
                                     : std::max(1, static_cast<int>(std::min(1e4, std::ceil(chart.length_v / side))));
     if (o.control_points[0] && o.control_points[1]) break;
@@ -170,8 +171,7 @@ class Iteration {
  public:
   Iteration(const Run& run, const Chart& chart, const FitGrid& grid, const NurbsFitOptions& o, double correlation,
             State& s)
-      : chart_(chart), o_(o), correlation_(correlation), s_(s),
-        smoother_{run, grid, s.energy, o.smoothing, o.lambda} {}
+      : chart_(chart), o_(o), correlation_(correlation), s_(s), smoother_{run, grid, s.energy, o.smoothing, o.lambda} {}
 
   void plain() {
     step(Robust::kNone, 0);

@@ -1,6 +1,7 @@
 // A smooth surface through scattered points with noise, holes and outliers: tensor-product cubic B-splines by penalised
 // robust least squares, with the posterior covariance of the surface everywhere and a measure of what supports it.
-// Eilers and Marx (1996); Wahba (1983); Nychka (1988); Wood, Generalized Additive Models (2017). docs/theory/nurbs_fit.md.
+// Eilers and Marx (1996); Wahba (1983); Nychka (1988); Wood, Generalized Additive Models (2017).
+// docs/theory/nurbs_fit.md.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +21,7 @@ struct NurbsFitOptions {
   FitChart chart = FitChart::kAuto;
   FitSmoothing smoothing = FitSmoothing::kReml;
   bool robust = true;
-  std::optional<Vec3> axis;   // of the height field or the cylinder; need not be unit
+  std::optional<Vec3> axis;        // of the height field or the cylinder; need not be unit
   int control_points[2] = {0, 0};  // in u and v; 0: from the density of the points
   int max_control_points = 4096;   // in all, where they are chosen
   double lambda = 1;               // weight of the bending energy where it is given
@@ -45,11 +46,11 @@ constexpr int kNeighbourSlots = 28;  // couplings kept of each control point: 7 
 struct NurbsFit {
   Chart chart;
   FitGrid grid;
-  Eigen::MatrixXd coefficients;     // grid.size() x chart.columns(), mm
-  std::vector<double> covariance;   // of neighbouring coefficients, mm2: grid.size() x kNeighbourSlots
-  std::vector<double> occupied;     // grid.size(): share of each basis function's weight that has points
-  NurbsSurface surface;             // clamped, on [0, 1] x [0, 1]
-  double conversion_error = 0;      // mm, largest found between surface and chart
+  Eigen::MatrixXd coefficients;    // grid.size() x chart.columns(), mm
+  std::vector<double> covariance;  // of neighbouring coefficients, mm2: grid.size() x kNeighbourSlots
+  std::vector<double> occupied;    // grid.size(): share of each basis function's weight that has points
+  NurbsSurface surface;            // clamped, on [0, 1] x [0, 1]
+  double conversion_error = 0;     // mm, largest found between surface and chart
 
   std::int64_t point_count = 0, inlier_count = 0;
   double lambda = 0;                // sum w r^2 + lambda * bending energy
@@ -61,8 +62,8 @@ struct NurbsFit {
 
   // Beside the points of the fitted surface; NaN for absent ones.
   std::int64_t height = 0, width = 0;
-  Eigen::VectorXd residual;       // mm along the normal, positive outside
-  Eigen::VectorXd weight;         // robust weight, 0 to 1
+  Eigen::VectorXd residual;                                              // mm along the normal, positive outside
+  Eigen::VectorXd weight;                                                // robust weight, 0 to 1
   Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> parameters;  // u, v in [0, 1]
 };
 

@@ -97,7 +97,8 @@ double log_determinant(const Band& L) {
   return 2 * sum;
 }
 
-// With l_k = L_kj / L_jj: Z_ij = -sum_k Z_ik l_k for i > j, Z_jj = 1 / L_jj^2 - sum_k l_k Z_kj, k = j + 1 ... j + width.
+// With l_k = L_kj / L_jj: Z_ij = -sum_k Z_ik l_k for i > j, Z_jj = 1 / L_jj^2 - sum_k l_k Z_kj, k = j + 1 ... j +
+// width.
 Band inverse_band(const Run& run, const Band& L) {
   Band z(L.size, L.width);
   std::vector<double> l(L.width + kPanel), y(L.width + kPanel);

@@ -152,8 +152,8 @@ Vec3 cylinder_axis(const Surface& s, const Sample& sample) {
   return best;
 }
 
-// Turns angle 0 to the middle of the points and decides whether they go all round. Outliers stray into the gap, so a bin
-// with few points is empty.
+// Turns angle 0 to the middle of the points and decides whether they go all round. Outliers stray into the gap, so a
+// bin with few points is empty.
 void cut_open(Chart& c, const Surface& s, const Sample& sample) {
   constexpr int kBins = 144;
   std::array<int, kBins> count{};

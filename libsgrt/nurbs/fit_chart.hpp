@@ -26,8 +26,8 @@ struct Chart {
   Mat3 axes = Mat3::Identity();
   double radius = 1;  // of the base cylinder or sphere, mm
   double u0 = 0, v0 = 0, length_u = 1, length_v = 1;
-  bool periodic = false;  // u is closed
-  bool swapped = false;   // of a grid: u counts rows
+  bool periodic = false;    // u is closed
+  bool swapped = false;     // of a grid: u counts rows
   double step[2] = {1, 1};  // of a grid: mm between columns, between rows
 
   int columns() const { return kind == FitChart::kGrid ? 3 : 1; }  // numbers fitted a point
@@ -38,7 +38,8 @@ struct ChartPoint {
   double f;     // mm along e
 };
 
-// The foot of x. Not of a grid. In a closed chart u lies in [0, length_u); in an open cylinder a stray point lies outside.
+// The foot of x. Not of a grid. In a closed chart u lies in [0, length_u); in an open cylinder a stray point lies
+// outside.
 ChartPoint to_chart(const Chart& chart, const Vec3& x);
 Vec3 base_point(const Chart& chart, double u, double v);
 Vec3 base_normal(const Chart& chart, double u, double v);  // e
@@ -46,8 +47,8 @@ Vec3 base_normal(const Chart& chart, double u, double v);  // e
 // |gradient of f along the skin|^2 at a point: the normal leans from e by its arc tangent.
 double slope2(const Chart& chart, double u, double v, double f, double f_u, double f_v);
 
-// Throws kDegenerate where the points lie on a line, or are too flat or too closed for the chart asked for. axis: of the
-// height field or of the cylinder; empty: estimated.
+// Throws kDegenerate where the points lie on a line, or are too flat or too closed for the chart asked for. axis: of
+// the height field or of the cylinder; empty: estimated.
 Chart make_chart(const Run& run, const Surface& surface, FitChart kind, const std::optional<Vec3>& axis);
 
 }  // namespace sgrt

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kPointsPerBin = 4;  // so that a bin among points is empty once in fifty
 constexpr double kBiasShare = 0.25;
-constexpr int kMaxBins = 4;          // along a side of a cell
+constexpr int kMaxBins = 4;  // along a side of a cell
 
 // B_j(xi_i): clamped cubic splines at their Greville abscissae.
 Eigen::MatrixXd collocation(const SplineBasis& basis, const std::vector<double>& at) {
@@ -79,8 +79,8 @@ void make_surface_of(NurbsFit& fit) {
 }
 
 // The posterior A^-1 is noise, A^-1 X A^-1, plus the bias that the prior expects, B = -d A^-1 / d log lambda. Skin is
-// smoother than draws of the prior: at the best lambda the bias is B / 4 for a smooth surface, B for one as rough as the
-// prior. We take B / 4 among points, and all of B where there are none (eq. 19).
+// smoother than draws of the prior: at the best lambda the bias is B / 4 for a smooth surface, B for one as rough as
+// the prior. We take B / 4 among points, and all of B where there are none (eq. 19).
 void keep_covariance(NurbsFit& fit, const Band& z, const Band& stiffer, double step, double scale) {
   const double part = (1 - kBiasShare) / step;
   const FitGrid& g = fit.grid;
@@ -93,7 +93,8 @@ void keep_covariance(NurbsFit& fit, const Band& z, const Band& stiffer, double s
           if (ii < 0 || ii >= g.nu()) continue;
           const int a = g.index(i, j), b = g.index(ii, j + dj);
           const int row = std::max(a, b), column = std::min(a, b);
-          const double bias = part * (z(row, column) - stiffer(row, column)) * std::sqrt(fit.occupied[a] * fit.occupied[b]);
+          const double bias =
+              part * (z(row, column) - stiffer(row, column)) * std::sqrt(fit.occupied[a] * fit.occupied[b]);
           fit.covariance[static_cast<std::size_t>(a) * kNeighbourSlots + 7 * dj + di + 3] =
               scale * (z(row, column) - bias);
         }

@@ -36,8 +36,8 @@ Mat16 coefficient_covariance(const NurbsFit& fit, int cu, int cv) {
     for (int b = 0; b < 16; ++b) {
       if (b / 4 < a / 4) continue;
       const int at = fit.grid.index(cu + a % 4, cv + a / 4);
-      const double c = fit.covariance[static_cast<std::size_t>(at) * kNeighbourSlots + 7 * (b / 4 - a / 4) +
-                                      (b % 4 - a % 4) + 3];
+      const double c =
+          fit.covariance[static_cast<std::size_t>(at) * kNeighbourSlots + 7 * (b / 4 - a / 4) + (b % 4 - a % 4) + 3];
       m(a, b) = m(b, a) = c;
     }
   }

@@ -10,8 +10,8 @@ namespace sgrt {
 namespace {
 
 constexpr double kReach = 16;  // log lambda is searched this far round the balanced one
-constexpr int kWindow = 2;        // cells to each side, twice
-constexpr double kDoubt = 2;      // parameters' worth of belief that the bending is the same everywhere
+constexpr int kWindow = 2;     // cells to each side, twice
+constexpr double kDoubt = 2;   // parameters' worth of belief that the bending is the same everywhere
 constexpr double kMostUneven = 1e3;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 

@@ -8,8 +8,8 @@ namespace sgrt {
 
 struct Solution {
   double lambda = 0;
-  Band factor;        // of X^T W X + lambda P
-  Eigen::MatrixXd c;  // coefficients less the trend
+  Band factor;          // of X^T W X + lambda P
+  Eigen::MatrixXd c;    // coefficients less the trend
   double deviance = 0;  // sum w r^2 + lambda c^T P c, all columns
   double score = 0;     // REML or GCV, what is minimised
 };

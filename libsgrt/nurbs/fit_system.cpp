@@ -85,7 +85,8 @@ FitPoints sort_points(const Run& run, const FitGrid& grid, int columns, const st
   p.columns = columns;
   p.cell_begin.assign(cells + 1, 0);
   for (std::size_t k = 0; k < n; ++k) {
-    cell[k] = cell_of(at[k].v, grid.hv, grid.cells_v).cell * grid.cells_u + cell_of(at[k].u, grid.hu, grid.cells_u).cell;
+    cell[k] =
+        cell_of(at[k].v, grid.hv, grid.cells_v).cell * grid.cells_u + cell_of(at[k].u, grid.hu, grid.cells_u).cell;
     ++p.cell_begin[static_cast<std::size_t>(cell[k]) + 1];
   }
   for (std::size_t c = 0; c < cells; ++c) p.cell_begin[c + 1] += p.cell_begin[c];

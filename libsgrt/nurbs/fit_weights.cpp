@@ -11,8 +11,8 @@ namespace sgrt {
 namespace {
 
 constexpr double kHuber = 1.345;
-constexpr double kMinCosine = 0.1;     // skin seen more grazing than 84 deg counts as if seen so
-constexpr double kExact = 1e-9;        // mm: residuals below are rounding
+constexpr double kMinCosine = 0.1;  // skin seen more grazing than 84 deg counts as if seen so
+constexpr double kExact = 1e-9;     // mm: residuals below are rounding
 
 // Value and derivatives (in mm) of one column at a place of a cell.
 struct Jet {

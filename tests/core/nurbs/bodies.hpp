@@ -67,7 +67,8 @@ struct Scan {
   std::vector<char> outlier;
 };
 
-// noise: mm, isotropic; outliers: share, 5 to 50 mm along the normal, either way; holes: round, until this share is gone.
+// noise: mm, isotropic; outliers: share, 5 to 50 mm along the normal, either way; holes: round, until this share is
+// gone.
 inline Scan scan(const Body& body, const std::vector<Vec3>& skin, double noise, double outliers, double holes,
                  double hole_radius, unsigned seed) {
   std::mt19937_64 engine(seed);
