@@ -1,6 +1,7 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
- * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo, nurbs_fit, icp.
+ * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo,
+ * nurbs_fit, icp.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose
  * `a_from_b` maps b-coordinates to a. Pixel (0,0) is the centre of the top-left pixel. The room frame is IEC 61217 fixed:
