@@ -155,6 +155,31 @@ def opencv_undistort(inputs, threads):
     return unproject
 
 
+def scipy_spline(smooth):
+    """LSQ on the knots of ours, or FITPACK's choice of knots for a sum of squares of n sigma^2."""
+
+    def prepare(inputs, threads):
+        from scipy.interpolate import LSQBivariateSpline, SmoothBivariateSpline
+
+        (x, y, z), side, noise = inputs["points"].T.copy(), inputs["side"], float(inputs["noise"])
+        knots = [np.linspace(v.min(), v.max(), int(inputs["control"]) - 2)[1:-1] for v in (x, y)]
+
+        def fit(_):
+            if smooth:
+                spline = SmoothBivariateSpline(x, y, z, w=np.full(len(x), 1 / noise), s=len(x))
+            else:
+                spline = LSQBivariateSpline(x, y, z, *knots)
+            return {"z": spline(side, side)}
+
+        return fit
+
+    return prepare
+
+
+PEERS["scipy LSQBivariateSpline"] = scipy_spline(False)
+PEERS["scipy SmoothBivariateSpline"] = scipy_spline(True)
+
+
 def main():
     name, inputs_path, threads, output = sys.argv[1:]
     answers = os.fdopen(os.dup(1), "w")

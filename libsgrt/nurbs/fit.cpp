@@ -91,17 +91,16 @@ Data data_of(const Run& run, const Surface& s, const Chart& chart) {
   return d;
 }
 
-// The area that holds points, mm2, by bins of a 64 x 64 grid.
+// The area that holds points, mm2, by bins of eight points or more on average, at most 64 x 64.
 double covered_area(const Chart& chart, const Data& data) {
-  constexpr int kSide = 64;
-  std::vector<char> full(kSide * kSide, 0);
+  const int side = std::clamp(static_cast<int>(std::sqrt(static_cast<double>(data.at.size()) / 8)), 1, 64);
+  std::vector<char> full(static_cast<std::size_t>(side) * side, 0);
   for (const ChartPoint& p : data.at) {
-    const int i = std::clamp(static_cast<int>(p.u / chart.length_u * kSide), 0, kSide - 1);
-    const int j = std::clamp(static_cast<int>(p.v / chart.length_v * kSide), 0, kSide - 1);
-    full[j * kSide + i] = 1;
+    const int i = std::clamp(static_cast<int>(p.u / chart.length_u * side), 0, side - 1);
+    const int j = std::clamp(static_cast<int>(p.v / chart.length_v * side), 0, side - 1);
+    full[j * side + i] = 1;
   }
-  return static_cast<double>(std::count(full.begin(), full.end(), 1)) / (kSide * kSide) * chart.length_u *
-         chart.length_v;
+  return static_cast<double>(std::count(full.begin(), full.end(), 1)) / (side * side) * chart.length_u * chart.length_v;
 }
 
 FitGrid make_grid(const Chart& chart, const Data& data, const NurbsFitOptions& o) {

@@ -78,11 +78,10 @@ void derivative_jacobians(const Direction& d, Mat36* J) {
 FitSample sample_fit(const NurbsFit& fit, double u, double v) {
   u = std::clamp(u, 0.0, 1.0), v = std::clamp(v, 0.0, 1.0);
   FitSample r;
-  Vec3 ders[9];
+  Vec3 ders[derivative_count(2)];
   derivatives(fit.surface, u, v, 2, ders);
   r.point = ders[0];
-  r.derivatives[0] = ders[3], r.derivatives[1] = ders[1];
-  r.derivatives[2] = ders[6], r.derivatives[3] = ders[4], r.derivatives[4] = ders[2];
+  std::copy_n(ders + 1, 5, r.derivatives);
   const Vec3 cross = r.derivatives[0].cross(r.derivatives[1]);
   r.normal = normal(fit.surface, u, v);
 
@@ -144,10 +143,10 @@ Vec2 nearest_parameters(const NurbsFit& fit, const Vec3& x) {
   at = into(at);
   double d2 = (evaluate(fit.surface, at(0), at(1)) - x).squaredNorm();
   for (int i = 0; i < 30; ++i) {
-    Vec3 ders[4];
+    Vec3 ders[derivative_count(1)];
     derivatives(fit.surface, at(0), at(1), 1, ders);
     Mat32 J;
-    J << ders[2], ders[1];
+    J << ders[1], ders[2];
     Vec2 step = (J.transpose() * J).ldlt().solve(J.transpose() * (x - ders[0]));
     if (!step.allFinite()) break;
     for (int k = 0; k < 2; ++k)  // along the border once there
