@@ -11,6 +11,7 @@ import click
 from .. import __version__
 from ..errors import Error
 from ._common import Failure, exit_code, one_line
+from .eval import evaluate
 from .register import register
 from .stereo import stereo
 
@@ -28,6 +29,7 @@ def group() -> None:
 
 
 group.add_command(stereo)
+group.add_command(evaluate)
 group.add_command(register)
 if importlib.util.find_spec("sgrt.demo"):
     from .demo import demo
