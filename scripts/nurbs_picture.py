@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws docs/images/nurbs.png: figures 10.4, 10.5 and 10.6 of the chapter with libsgrt (needs matplotlib).
 
-    .venv/bin/python scripts/nurbs_picture.py
+.venv/bin/python scripts/nurbs_picture.py
 """
 
 from pathlib import Path
@@ -45,8 +45,8 @@ def draw_basis(axes):
         for i, (height, colour) in enumerate(zip(basis_functions(degree, u), COLOURS, strict=True)):
             axis.plot(u, height, color=colour, label=f"$N_{{{i},{degree}}}$")
         axis.vlines(KNOTS[degree], -0.04, 0, color="black", lw=2)
-        axis.set(title=f"10.4: {DEGREE[degree]}, degree {degree}", xlabel="u", ylim=(-0.05, 1.05))
-        axis.legend(fontsize=8, ncol=2)
+        axis.set(title=f"10.4: {DEGREE[degree]}, degree {degree}", xlabel="u", ylim=(-0.05, 1.25))
+        axis.legend(fontsize=8, ncol=5, loc="upper center", handlelength=0.8, columnspacing=0.8)
 
 
 def draw_curves(axis):
@@ -56,7 +56,7 @@ def draw_curves(axis):
     for degree, colour in zip(KNOTS, COLOURS, strict=False):
         curve = sgrt.NurbsCurve(points, degree, knots=np.array(KNOTS[degree], float))
         axis.plot(*curve.evaluate(u).T[:2], color=colour, label=f"$c_{degree}$, {DEGREE[degree]}")
-    axis.set(title="10.5: the degree makes it smooth", xlabel="x, mm", ylabel="y, mm", aspect="equal")
+    axis.set(title="10.5: the degree makes it smooth", xlabel="x, mm", ylabel="y, mm", ylim=(-0.5, 7.5))
     axis.legend(fontsize=8)
 
 
@@ -72,10 +72,11 @@ def draw_nose(axes):
     for axis, title in zip(axes, titles, strict=True):
         axis.set_title(title)
         axis.view_init(55, -70)
-        axis.set(box_aspect=(60, 66, 32), xticks=[], yticks=[], zticks=[])
+        axis.set(box_aspect=(60, 66, 32))
+        axis.set_axis_off()
     axes[0].plot_surface(*np.broadcast_arrays(*fine), nose(*fine), color="#d8b49c", lw=0)
     axes[1].scatter(*image.points.reshape(-1, 3).T, s=4, color="black")
-    axes[2].plot_surface(*np.moveaxis(dense, -1, 0), color="#d8b49c", lw=0)
+    axes[2].plot_surface(*np.moveaxis(dense, (0, 1, 2), (2, 1, 0)), color="#d8b49c", lw=0)
 
 
 def main():

@@ -302,15 +302,10 @@ Doubles surface_normals(const Nurbs& surface, const ArrayLike& u, const ArrayLik
   });
 }
 
-// n equal steps over a domain, its ends exactly.
+// numpy's: n equal steps over a domain, its ends exactly.
 Doubles steps(const double domain[2], py::ssize_t n, const char* name) {
   if (n < 2) invalid(std::string(name) + ": " + std::to_string(n) + ", expected at least 2");
-  Doubles at(n);
-  for (py::ssize_t i = 0; i < n; ++i) {
-    const double share = static_cast<double>(i) / static_cast<double>(n - 1);
-    at.mutable_at(i) = share == 1 ? domain[1] : domain[0] + (domain[1] - domain[0]) * share;
-  }
-  return at;
+  return Doubles(py::module_::import("numpy").attr("linspace")(domain[0], domain[1], n));
 }
 
 Doubles grid_at(const Nurbs& surface, const ArrayLike& u, const ArrayLike& v, int32_t order,
