@@ -56,24 +56,20 @@ const NurbsCurve& curve_of(const sgrt_nurbs_curve* curve) {
 
 // A tool: one curve to another.
 template <class Tool>
-sgrt_status tool(const sgrt_nurbs_curve* curve, sgrt_nurbs_curve** result, Tool&& make) {
-  return guard([&] {
-    need(curve, "curve");
-    need(result, "result");
-    *result = handle_of(make(curve->curve));
-  });
+void tool(const sgrt_nurbs_curve* curve, sgrt_nurbs_curve** result, Tool&& make) {
+  need(curve, "curve");
+  need(result, "result");
+  *result = handle_of(make(curve->curve));
 }
 
 template <class Tool>
-sgrt_status approximating(const sgrt_nurbs_curve* curve, sgrt_nurbs_curve** result, std::int32_t* count,
-                          double* bound_mm, Tool&& make) {
-  return guard([&] {
-    need(result, "result");
-    Approximated<NurbsCurve> a = make(curve_of(curve));
-    *result = handle_of(std::move(a.shape));
-    if (count) *count = a.count;
-    if (bound_mm) *bound_mm = a.bound_mm;
-  });
+void approximating(const sgrt_nurbs_curve* curve, sgrt_nurbs_curve** result, std::int32_t* count, double* bound_mm,
+                   Tool&& make) {
+  need(result, "result");
+  Approximated<NurbsCurve> a = make(curve_of(curve));
+  *result = handle_of(std::move(a.shape));
+  if (count) *count = a.count;
+  if (bound_mm) *bound_mm = a.bound_mm;
 }
 
 }  // namespace
@@ -195,39 +191,44 @@ sgrt_status sgrt_nurbs_curve_length(const sgrt_nurbs_curve* curve, double begin,
 }
 
 sgrt_status sgrt_nurbs_curve_refine(const sgrt_nurbs_curve* curve, const sgrt_view* knots, sgrt_nurbs_curve** result) {
-  return tool(curve, result, [&](const NurbsCurve& c) {
-    check_view(knots, "knots", Kind::kReal, {kAny});
-    check_limit(knots->shape[0], kMaxKnots, "knots");
-    return refine(c, numbers_of(*knots, knots->shape[0]));
+  return guard([&] {
+    tool(curve, result, [&](const NurbsCurve& c) {
+      check_view(knots, "knots", Kind::kReal, {kAny});
+      check_limit(knots->shape[0], kMaxKnots, "knots");
+      return refine(c, numbers_of(*knots, knots->shape[0]));
+    });
   });
 }
 
 sgrt_status sgrt_nurbs_curve_bezier(const sgrt_nurbs_curve* curve, sgrt_nurbs_curve** result) {
-  return tool(curve, result, [&](const NurbsCurve& c) { return to_bezier(c); });
+  return guard([&] { tool(curve, result, [&](const NurbsCurve& c) { return to_bezier(c); }); });
 }
 
 sgrt_status sgrt_nurbs_curve_restrict(const sgrt_nurbs_curve* curve, double begin, double end,
                                       sgrt_nurbs_curve** result) {
-  return tool(curve, result, [&](const NurbsCurve& c) { return restrict_to(c, begin, end); });
+  return guard([&] { tool(curve, result, [&](const NurbsCurve& c) { return restrict_to(c, begin, end); }); });
 }
 
 sgrt_status sgrt_nurbs_curve_elevate(const sgrt_nurbs_curve* curve, int32_t times, sgrt_nurbs_curve** result) {
-  return tool(curve, result, [&](const NurbsCurve& c) { return elevate(c, times); });
+  return guard([&] { tool(curve, result, [&](const NurbsCurve& c) { return elevate(c, times); }); });
 }
 
 sgrt_status sgrt_nurbs_curve_remove_knot(const sgrt_nurbs_curve* curve, double u, int32_t times, double tolerance_mm,
                                          sgrt_nurbs_curve** result, int32_t* count, double* bound_mm) {
-  return approximating(curve, result, count, bound_mm,
-                       [&](const NurbsCurve& c) { return remove_knot(c, u, times, tolerance_mm); });
+  return guard([&] {
+    approximating(curve, result, count, bound_mm,
+                  [&](const NurbsCurve& c) { return remove_knot(c, u, times, tolerance_mm); });
+  });
 }
 
 sgrt_status sgrt_nurbs_curve_reduce_degree(const sgrt_nurbs_curve* curve, double tolerance_mm,
                                            sgrt_nurbs_curve** result, int32_t* count, double* bound_mm) {
-  return approximating(curve, result, count, bound_mm,
-                       [&](const NurbsCurve& c) { return reduce_degree(c, tolerance_mm); });
+  return guard([&] {
+    approximating(curve, result, count, bound_mm, [&](const NurbsCurve& c) { return reduce_degree(c, tolerance_mm); });
+  });
 }
 
 sgrt_status sgrt_nurbs_curve_reparameterise(const sgrt_nurbs_curve* curve, double begin, double end,
                                             sgrt_nurbs_curve** result) {
-  return tool(curve, result, [&](const NurbsCurve& c) { return reparameterise(c, begin, end); });
+  return guard([&] { tool(curve, result, [&](const NurbsCurve& c) { return reparameterise(c, begin, end); }); });
 }

@@ -63,29 +63,25 @@ const NurbsSurface& surface_of(const sgrt_nurbs_surface* surface) {
 
 // One that is made from other things.
 template <class Make>
-sgrt_status making(sgrt_nurbs_surface** surface, const char* name, Make&& make) {
-  return guard([&] {
-    need(surface, name);
-    *surface = std::make_unique<sgrt_nurbs_surface>(make()).release();
-  });
+void making(sgrt_nurbs_surface** surface, const char* name, Make&& make) {
+  need(surface, name);
+  *surface = std::make_unique<sgrt_nurbs_surface>(make()).release();
 }
 
 // A tool: one surface to another.
 template <class Tool>
-sgrt_status tool(const sgrt_nurbs_surface* surface, sgrt_nurbs_surface** result, Tool&& make) {
-  return making(result, "result", [&] { return make(surface_of(surface)); });
+void tool(const sgrt_nurbs_surface* surface, sgrt_nurbs_surface** result, Tool&& make) {
+  making(result, "result", [&] { return make(surface_of(surface)); });
 }
 
 template <class Tool>
-sgrt_status approximating(const sgrt_nurbs_surface* surface, sgrt_nurbs_surface** result, std::int32_t* count,
-                          double* bound_mm, Tool&& make) {
-  return guard([&] {
-    need(result, "result");
-    Approximated<NurbsSurface> a = make(surface_of(surface));
-    *result = std::make_unique<sgrt_nurbs_surface>(std::move(a.shape)).release();
-    if (count) *count = a.count;
-    if (bound_mm) *bound_mm = a.bound_mm;
-  });
+void approximating(const sgrt_nurbs_surface* surface, sgrt_nurbs_surface** result, std::int32_t* count,
+                   double* bound_mm, Tool&& make) {
+  need(result, "result");
+  Approximated<NurbsSurface> a = make(surface_of(surface));
+  *result = std::make_unique<sgrt_nurbs_surface>(std::move(a.shape)).release();
+  if (count) *count = a.count;
+  if (bound_mm) *bound_mm = a.bound_mm;
 }
 
 // The pairs (u, v) of a call that has checked its output.
@@ -103,62 +99,76 @@ sgrt_status sgrt_nurbs_surface_data_init(sgrt_nurbs_surface_data* data, size_t s
 }
 
 sgrt_status sgrt_nurbs_surface_create(const sgrt_nurbs_surface_data* data, sgrt_nurbs_surface** surface) {
-  return making(surface, "surface", [&] {
-    need(data, "data");
-    return from_c(read_struct(data, data_defaults(), "data.struct_size"));
+  return guard([&] {
+    making(surface, "surface", [&] {
+      need(data, "data");
+      return from_c(read_struct(data, data_defaults(), "data.struct_size"));
+    });
   });
 }
 
 sgrt_status sgrt_nurbs_surface_from_json(const char* text, size_t size, sgrt_nurbs_surface** surface) {
-  return making(surface, "surface", [&] {
-    need(text, "text");
-    return surface_from_json(text, size);
+  return guard([&] {
+    making(surface, "surface", [&] {
+      need(text, "text");
+      return surface_from_json(text, size);
+    });
   });
 }
 
 sgrt_status sgrt_nurbs_surface_chapter(const sgrt_surface* surface, int32_t degree_u, int32_t degree_v,
                                        sgrt_nurbs_surface** result) {
-  return making(result, "result", [&] {
-    need(surface, "surface");
-    return chapter_surface(*surface->surface, degree_u, degree_v);
+  return guard([&] {
+    making(result, "result", [&] {
+      need(surface, "surface");
+      return chapter_surface(*surface->surface, degree_u, degree_v);
+    });
   });
 }
 
 sgrt_status sgrt_nurbs_surface_interpolate(const sgrt_view* points_mm, const int32_t degree[2], const int32_t count[2],
                                            int32_t parameters, sgrt_nurbs_surface** surface) {
-  return making(surface, "surface", [&] {
-    const Points points = read_grid(points_mm, "points_mm");
-    need(degree, "degree");
-    need(count, "count");
-    const int n[2] = {static_cast<int>(points_mm->shape[0]), static_cast<int>(points_mm->shape[1])};
-    const int wanted[2] = {count[0] == 0 ? n[0] : count[0], count[1] == 0 ? n[1] : count[1]};
-    return fit_grid(points, n[0], n[1], degree, wanted, parameters_kind(parameters));
+  return guard([&] {
+    making(surface, "surface", [&] {
+      const Points points = read_grid(points_mm, "points_mm");
+      need(degree, "degree");
+      need(count, "count");
+      const int n[2] = {static_cast<int>(points_mm->shape[0]), static_cast<int>(points_mm->shape[1])};
+      const int wanted[2] = {count[0] == 0 ? n[0] : count[0], count[1] == 0 ? n[1] : count[1]};
+      return fit_grid(points, n[0], n[1], degree, wanted, parameters_kind(parameters));
+    });
   });
 }
 
 sgrt_status sgrt_nurbs_surface_revolve(const sgrt_nurbs_curve* curve, const double axis_point_mm[3],
                                        const double axis_direction[3], double angle_rad, sgrt_nurbs_surface** surface) {
-  return making(surface, "surface", [&] {
-    need(curve, "curve");
-    return revolve(curve->curve, place(axis_point_mm, "axis_point_mm"), place(axis_direction, "axis_direction"),
-                   angle_rad);
+  return guard([&] {
+    making(surface, "surface", [&] {
+      need(curve, "curve");
+      return revolve(curve->curve, place(axis_point_mm, "axis_point_mm"), place(axis_direction, "axis_direction"),
+                     angle_rad);
+    });
   });
 }
 
 sgrt_status sgrt_nurbs_surface_sphere(const double centre_mm[3], double radius_mm, sgrt_nurbs_surface** surface) {
-  return making(surface, "surface", [&] { return make_sphere(place(centre_mm, "centre_mm"), radius_mm); });
+  return guard(
+      [&] { making(surface, "surface", [&] { return make_sphere(place(centre_mm, "centre_mm"), radius_mm); }); });
 }
 
 sgrt_status sgrt_nurbs_surface_cylinder(const double base_mm[3], const double axis_mm[3], double radius_mm,
                                         sgrt_nurbs_surface** surface) {
-  return making(surface, "surface",
-                [&] { return make_cylinder(place(base_mm, "base_mm"), place(axis_mm, "axis_mm"), radius_mm); });
+  return guard([&] {
+    making(surface, "surface",
+           [&] { return make_cylinder(place(base_mm, "base_mm"), place(axis_mm, "axis_mm"), radius_mm); });
+  });
 }
 
 sgrt_status sgrt_nurbs_surface_torus(const double centre_mm[3], const double axis[3], double radius_mm,
                                      double tube_radius_mm, sgrt_nurbs_surface** surface) {
-  return making(surface, "surface", [&] {
-    return make_torus(place(centre_mm, "centre_mm"), place(axis, "axis"), radius_mm, tube_radius_mm);
+  return guard([&] {
+    making(surface, "surface",
+           [&] { return make_torus(place(centre_mm, "centre_mm"), place(axis, "axis"), radius_mm, tube_radius_mm); });
   });
 }
 
@@ -271,42 +281,50 @@ sgrt_status sgrt_nurbs_surface_mesh(sgrt_context* context, const sgrt_nurbs_surf
 
 sgrt_status sgrt_nurbs_surface_refine(const sgrt_nurbs_surface* surface, int32_t direction, const sgrt_view* knots,
                                       sgrt_nurbs_surface** result) {
-  return tool(surface, result, [&](const NurbsSurface& s) {
-    check_view(knots, "knots", Kind::kReal, {kAny});
-    check_limit(knots->shape[0], kMaxKnots, "knots");
-    return refine(s, direction, numbers_of(*knots, knots->shape[0]));
+  return guard([&] {
+    tool(surface, result, [&](const NurbsSurface& s) {
+      check_view(knots, "knots", Kind::kReal, {kAny});
+      check_limit(knots->shape[0], kMaxKnots, "knots");
+      return refine(s, direction, numbers_of(*knots, knots->shape[0]));
+    });
   });
 }
 
 sgrt_status sgrt_nurbs_surface_bezier(const sgrt_nurbs_surface* surface, int32_t direction,
                                       sgrt_nurbs_surface** result) {
-  return tool(surface, result, [&](const NurbsSurface& s) { return to_bezier(s, direction); });
+  return guard([&] { tool(surface, result, [&](const NurbsSurface& s) { return to_bezier(s, direction); }); });
 }
 
 sgrt_status sgrt_nurbs_surface_restrict(const sgrt_nurbs_surface* surface, int32_t direction, double begin, double end,
                                         sgrt_nurbs_surface** result) {
-  return tool(surface, result, [&](const NurbsSurface& s) { return restrict_to(s, direction, begin, end); });
+  return guard(
+      [&] { tool(surface, result, [&](const NurbsSurface& s) { return restrict_to(s, direction, begin, end); }); });
 }
 
 sgrt_status sgrt_nurbs_surface_elevate(const sgrt_nurbs_surface* surface, int32_t direction, int32_t times,
                                        sgrt_nurbs_surface** result) {
-  return tool(surface, result, [&](const NurbsSurface& s) { return elevate(s, direction, times); });
+  return guard([&] { tool(surface, result, [&](const NurbsSurface& s) { return elevate(s, direction, times); }); });
 }
 
 sgrt_status sgrt_nurbs_surface_remove_knot(const sgrt_nurbs_surface* surface, int32_t direction, double u,
                                            int32_t times, double tolerance_mm, sgrt_nurbs_surface** result,
                                            int32_t* count, double* bound_mm) {
-  return approximating(surface, result, count, bound_mm,
-                       [&](const NurbsSurface& s) { return remove_knot(s, direction, u, times, tolerance_mm); });
+  return guard([&] {
+    approximating(surface, result, count, bound_mm,
+                  [&](const NurbsSurface& s) { return remove_knot(s, direction, u, times, tolerance_mm); });
+  });
 }
 
 sgrt_status sgrt_nurbs_surface_reduce_degree(const sgrt_nurbs_surface* surface, int32_t direction, double tolerance_mm,
                                              sgrt_nurbs_surface** result, int32_t* count, double* bound_mm) {
-  return approximating(surface, result, count, bound_mm,
-                       [&](const NurbsSurface& s) { return reduce_degree(s, direction, tolerance_mm); });
+  return guard([&] {
+    approximating(surface, result, count, bound_mm,
+                  [&](const NurbsSurface& s) { return reduce_degree(s, direction, tolerance_mm); });
+  });
 }
 
 sgrt_status sgrt_nurbs_surface_reparameterise(const sgrt_nurbs_surface* surface, int32_t direction, double begin,
                                               double end, sgrt_nurbs_surface** result) {
-  return tool(surface, result, [&](const NurbsSurface& s) { return reparameterise(s, direction, begin, end); });
+  return guard(
+      [&] { tool(surface, result, [&](const NurbsSurface& s) { return reparameterise(s, direction, begin, end); }); });
 }
