@@ -74,7 +74,8 @@ SGRT_API const char *sgrt_status_word(sgrt_status status);
  * A NULL context means one thread, silent. */
 typedef struct sgrt_context sgrt_context;
 
-/* Called on the calling thread only. fraction: 0 to 1 within `stage`. Non-zero cancels: SGRT_E_CANCELLED. */
+/* Called on the calling thread only. fraction: 0 to 1 within `stage`. Non-zero cancels: SGRT_E_CANCELLED. A callback may
+ * call the library, but not with the context that it was called by: SGRT_E_INVALID_ARGUMENT. */
 typedef int32_t (*sgrt_progress_fn)(void *user, double fraction, const char *stage);
 
 enum { SGRT_LOG_INFO = 0, SGRT_LOG_WARNING = 1 };
@@ -234,14 +235,15 @@ SGRT_API sgrt_status sgrt_surface_array(const sgrt_surface *surface, int32_t fie
 
 typedef struct sgrt_surface_normals_options {
   uint32_t struct_size;
-  int32_t neighbours; /* points of the local plane fit, 6 to 200; default 24 */
+  int32_t neighbours; /* points of the local fit, 6 to 200; default 24 */
   double viewpoint_mm[3]; /* normals of a cloud turn towards this point; default (0, 0, 1e4): above the couch */
   double radius_mm;   /* neighbours further than this do not count; default 50 */
 } sgrt_surface_normals_options;
 SGRT_API sgrt_status sgrt_surface_normals_options_init(sgrt_surface_normals_options *options, size_t size);
 
-/* The surface with normals estimated by a local plane fit (smallest principal axis of the nearest neighbours). A point
- * without 6 neighbours in reach gets a NaN normal. sigma, covariance, faces and modes are kept. options may be NULL.
+/* The surface with normals estimated by a local fit: the plane of the nearest neighbours, then a quadric over it
+ * (docs/theory/surface.md eq. 1-2). A point whose neighbours fix no plane (fewer than 6 in reach, or on a line) gets a NaN
+ * normal. sigma, covariance, faces and modes are kept. options may be NULL.
  * SGRT_E_INSUFFICIENT_DATA  fewer than 6 points
  * SGRT_E_CANCELLED. since 0.1 */
 SGRT_API sgrt_status sgrt_surface_estimate_normals(sgrt_context *context, const sgrt_surface *surface,
@@ -342,7 +344,7 @@ SGRT_API sgrt_status sgrt_frame_fixed_from_couch(double couch_deg, double fixed_
 
 /* ----------------------------------------------------------------------------------------------------------- rig */
 
-/* The calibrated cameras of a room, schema "sgrt-rig/1" (docs/formats/rig.md). Immutable. */
+/* The calibrated cameras of a room, schema "sgrt-rig/1" (docs/formats.md). Immutable. */
 typedef struct sgrt_rig sgrt_rig;
 /* text: UTF-8 JSON of `size` bytes, at most 16 MiB and nested at most 16 deep; need not end in NUL.
  * SGRT_E_FORMAT  not JSON, unknown schema or model, a missing or wrong field (the message names it, e.g.
@@ -680,7 +682,7 @@ typedef struct sgrt_icp_options {
   int32_t max_iterations;   /* of closest points and step, 1 to 10,000; default 60 */
   double max_distance_mm;   /* pairs further apart never count; default 40 */
   double max_angle_deg;     /* nor do pairs whose normals differ by more; default 45 */
-  double min_inlier_share;  /* below it the surfaces do not overlap; default 0.3 */
+  double min_inlier_share;  /* of the live points, or of the reference: below it they do not overlap; default 0.3 */
   double step_tolerance_mm; /* converged when a step moves no inlier by more; default 1e-4 */
   double weak_sigma_mm;     /* verdict `weak` when one sigma of a motion exceeds it (rotations at 100 mm); default 0.5 */
   double degenerate_sigma_mm; /* SGRT_E_DEGENERATE beyond it; default 5 */

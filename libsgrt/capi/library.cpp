@@ -1,5 +1,4 @@
 // The library itself: version, status words, the message of the last failure and the guard's exceptions.
-#include <array>
 #include <cstring>
 #include <new>
 
@@ -18,9 +17,7 @@ void keep(const char* message) noexcept {
     n = kMessageSize - 1;
     while (n > 0 && (message[n] & 0xC0) == 0x80) --n;  // not in the middle of a UTF-8 character
   }
-  for (std::size_t i = 0; i < n; ++i) {  // one line, whatever a text of the caller held
-    message_of_thread[i] = static_cast<unsigned char>(message[i]) < 0x20 ? ' ' : message[i];
-  }
+  std::memcpy(message_of_thread, message, n);
   message_of_thread[n] = '\0';
 }
 

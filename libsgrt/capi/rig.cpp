@@ -129,8 +129,7 @@ sgrt_status sgrt_rig_project(sgrt_context* context, const sgrt_rig* rig, const c
           for (std::int64_t i = begin; i < end; ++i) {
             Mat23 d = Mat23::Constant(kNan);
             const Vec3 point = x.row(i).transpose();
-            const Vec2 pixel =
-                point.allFinite() ? project(camera, point, J.empty() ? nullptr : &d) : Vec2::Constant(kNan);
+            const Vec2 pixel = project(camera, point, J.empty() ? nullptr : &d);
             Eigen::Map<Vec2>{&p[i * 2]} = pixel;
             if (!J.empty()) Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{&J[i * 6]} = d;
           }
@@ -161,8 +160,7 @@ sgrt_status sgrt_rig_unproject(sgrt_context* context, const sgrt_rig* rig, const
           for (std::int64_t i = begin; i < end; ++i) {
             Mat32 d = Mat32::Constant(kNan);
             const Vec2 pixel(p[i * 2], p[i * 2 + 1]);
-            const Vec3 ray =
-                pixel.allFinite() ? unproject(camera, pixel, J.empty() ? nullptr : &d) : Vec3::Constant(kNan);
+            const Vec3 ray = unproject(camera, pixel, J.empty() ? nullptr : &d);
             Eigen::Map<Vec3>{&rays[i * 3]} = ray;
             if (!J.empty()) Eigen::Map<Eigen::Matrix<double, 3, 2, Eigen::RowMajor>>{&J[i * 6]} = d;
           }

@@ -17,6 +17,7 @@ static_assert(static_cast<int>(Reason::kNone) == SGRT_REASON_NONE &&
               static_cast<int>(Reason::kNoMatch) == SGRT_REASON_NO_MATCH &&
               static_cast<int>(Reason::kLeftRight) == SGRT_REASON_LEFT_RIGHT &&
               static_cast<int>(Reason::kAmbiguous) == SGRT_REASON_AMBIGUOUS &&
+              static_cast<int>(Reason::kEdge) == SGRT_REASON_EDGE &&
               static_cast<int>(Reason::kCount) == SGRT_REASON_COUNT);
 
 sgrt_stereo_options to_c(const StereoOptions& o) {

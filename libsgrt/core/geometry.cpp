@@ -59,8 +59,8 @@ Pose pose_from_rows(const double* rows, const char* name) {
     refuse("not a rigid motion, R^T R differs from the identity by " + text_of(error) + ", expected at most 1e-6");
   }
   if (pose.R.determinant() < 0) refuse("not a rigid motion but a reflection, det R = -1");
-  // Newton's iteration for the polar factor converges quadratically: from 1e-6 two steps reach the last bit. What is there
-  // already stays as it is, so that a pose written and read again keeps its bits.
+  // Newton's iteration for the polar factor converges quadratically: from 1e-6 two steps reach the last bit. What is
+  // there already stays as it is, so that a pose written and read again keeps its bits.
   for (int i = 0; i < 3 && orthonormality_error(pose.R) > kExact; ++i) {
     pose.R = (0.5 * pose.R * (3 * Mat3::Identity() - pose.R.transpose() * pose.R)).eval();
   }

@@ -32,7 +32,8 @@ struct Image {
   const float* row(int y) const { return pixels.data() + static_cast<std::size_t>(y) * width; }
 };
 
-// Copies into a float image. In a float image NaN and whatever lies beyond 1e9 become +infinity, which counts as clipped.
+// Copies into a float image. In a float image NaN and whatever lies beyond 1e9 become +infinity, which counts as
+// clipped.
 void load(const ImageView& view, Image& out);
 
 }  // namespace sgrt

@@ -85,7 +85,7 @@ Pose pose_of(const Mat3& R, const Moments& m) {
 Pose rigid_fit_svd(const Points& p, const Points& q, const Eigen::VectorXd& weights) {
   const Moments m = moments(p, q, weights);
   const Eigen::JacobiSVD<Mat3> svd(m.H, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vec3 s = svd.singularValues();
+  const Vec3& s = svd.singularValues();
   const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0 ? -1 : 1;
   require_fixed(s(1) + sign * s(2));
   return pose_of(svd.matrixV() * Vec3(1, 1, sign).asDiagonal() * svd.matrixU().transpose(), m);

@@ -1,11 +1,9 @@
 // Strict JSON text to a tree: at most 16 MiB, nested at most 16 deep, no key twice in an object, numbers read alike in
-// every locale, the order of keys kept. Included by the *_json.cpp alone: they are the only ones that see
-// nlohmann-json.
+// every locale, the order of keys kept. For the *_json.cpp alone, which include <nlohmann/json.hpp> before it.
 #pragma once
 
 #include <algorithm>
 #include <charconv>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <utility>

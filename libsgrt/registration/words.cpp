@@ -1,6 +1,7 @@
 // Free motions in words. docs/theory/icp.md section 5.
 #include "registration/words.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sgrt {
@@ -19,12 +20,17 @@ std::vector<Vec3> along_axes(const Eigen::Matrix<double, 3, Eigen::Dynamic>& col
   Mat3 projector = svd.matrixU() * svd.matrixU().transpose();
   while (out.size() < static_cast<std::size_t>(columns.cols())) {
     int axis;
-    // Ties, up to rounding, go to the first axis.
-    (projector.diagonal() + Vec3(2e-6, 1e-6, 0)).maxCoeff(&axis);
+    projector.diagonal().maxCoeff(&axis);
     const Vec3 v = projector.col(axis).normalized();
     out.push_back(v);
     projector -= v * v.transpose();
   }
+  const auto axis_of = [](const Vec3& v) {
+    int axis;
+    v.cwiseAbs().maxCoeff(&axis);
+    return axis;
+  };
+  std::stable_sort(out.begin(), out.end(), [&](const Vec3& a, const Vec3& b) { return axis_of(a) < axis_of(b); });
   return out;
 }
 

@@ -26,7 +26,7 @@ Radial radial(const std::array<double, 8>& k, double u) {
   return {n / d, (dn - n / d * dd) / d, d};
 }
 
-// eq. 2 and 3: distorted normalised coordinates and their Jacobian.
+// eq. 2 and 4: distorted normalised coordinates and their Jacobian.
 Vec2 distorted(const Camera& camera, const Vec2& p, Eigen::Matrix2d* jacobian) {
   const double x = p.x(), y = p.y(), p1 = camera.distortion[2], p2 = camera.distortion[3];
   const double u = p.squaredNorm();
@@ -39,7 +39,7 @@ Vec2 distorted(const Camera& camera, const Vec2& p, Eigen::Matrix2d* jacobian) {
   return {x * L.value + 2 * p1 * x * y + p2 * (u + 2 * x * x), y * L.value + p1 * (u + 2 * y * y) + 2 * p2 * x * y};
 }
 
-// eq. 4: the smallest determinant of the Jacobian on the circle r^2 = u, or -1 where the radial factor has passed a
+// eq. 5: the smallest determinant of the Jacobian on the circle r^2 = u, or -1 where the radial factor has passed a
 // pole.
 double smallest_determinant(const Camera& camera, double u) {
   const Radial L = radial(camera.distortion, u);

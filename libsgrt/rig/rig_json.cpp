@@ -3,6 +3,7 @@
 // writing.
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/error.hpp"

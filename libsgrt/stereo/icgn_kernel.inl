@@ -1,12 +1,12 @@
-// IC-GN of one window along a rectified row: 3 parameters over a given curvature, ZNSSD, cubic B-spline along x. Baker and Matthews (2004);
-// Pan, Li, Tong (2013). docs/theory/stereo.md eq. 6-11. The mean and the gain of the window are projected out of the
-// Jacobian, so [H^-1]_dd is the variance of d with brightness and contrast unknown.
+// IC-GN of one window along a rectified row: 3 parameters over a given curvature, ZNSSD, cubic B-spline along x. Baker
+// and Matthews (2004); Pan, Li, Tong (2013). docs/theory/stereo.md eq. 6-11. The mean and the gain of the window are
+// projected out of the Jacobian, so [H^-1]_dd is the variance of d with brightness and contrast unknown.
 #include "stereo/lanes.inl"
 
 static inline __attribute__((always_inline)) Lanes gather8(const float* p, IntLanes k) {
-#ifdef __AVX2__
+#if defined(__AVX2__) && !defined(__clang__)  // which has it under another name
   return (Lanes)__builtin_ia32_gathersiv8sf((Lanes){0}, p, (__attribute__((vector_size(32))) int)k,
-                                             (Lanes)(IntLanes{-1, -1, -1, -1, -1, -1, -1, -1}), 4);
+                                            (Lanes)(IntLanes{-1, -1, -1, -1, -1, -1, -1, -1}), 4);
 #else
   return Lanes{p[k[0]], p[k[1]], p[k[2]], p[k[3]], p[k[4]], p[k[5]], p[k[6]], p[k[7]]};
 #endif
@@ -22,7 +22,8 @@ static inline __attribute__((always_inline)) Lanes interpolate8(const float* c, 
 }
 
 static inline int inside(const Plane& p, float x, int y) {
-  return x >= 2 && x < (float)(p.width - 3) && y >= 0 && y < p.height && p.mask[(long)y * p.width + (int)(x + 0.5F)] != 1;
+  return x >= 2 && x < (float)(p.width - 3) && y >= 0 && y < p.height &&
+         p.mask[(long)y * p.width + (int)(x + 0.5F)] != 1;
 }
 
 void refine_row(const Plane& left, const Plane& right, int x0, int y0, const RefineOptions& options, RowMatch* match) {
@@ -35,8 +36,10 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
   match->texture = match->noise = __builtin_nanf("");
 
   if (x0 - half < 0 || x0 + half >= left.width || y0 - half < 0 || y0 + half >= left.height ||
-      left.mask[(long)(y0 - half) * left.width + x0 - half] == 1 || left.mask[(long)(y0 - half) * left.width + x0 + half] == 1 ||
-      left.mask[(long)(y0 + half) * left.width + x0 - half] == 1 || left.mask[(long)(y0 + half) * left.width + x0 + half] == 1) {
+      left.mask[(long)(y0 - half) * left.width + x0 - half] == 1 ||
+      left.mask[(long)(y0 - half) * left.width + x0 + half] == 1 ||
+      left.mask[(long)(y0 + half) * left.width + x0 - half] == 1 ||
+      left.mask[(long)(y0 + half) * left.width + x0 + half] == 1) {
     match->outcome = kLeftView;
     return;
   }
@@ -150,7 +153,8 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     const float da = (float)((k01 * e0 + k11 * e1 + k12 * e2) / det);
     const float db = (float)((k02 * e0 + k12 * e1 + k22 * e2) / det);
     match->correlation = zncc;
-    // f~ and g~ explain each other's gain; what is left is noise: |f - proj|^2 = |f|^2 (1 - zncc^2), over zncc for both.
+    // f~ and g~ explain each other's gain; what is left is noise: |f - proj|^2 = |f|^2 (1 - zncc^2), over zncc for
+    // both.
     match->noise = 2 * norm_f * norm_f * (1 - zncc) / (n - 5);
     // Inverse compositional update: W(p) <- W(p) o W(dp)^-1.
     const float s_new = s / (1 + da);

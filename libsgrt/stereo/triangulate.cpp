@@ -58,8 +58,7 @@ void triangulate(const Run& run, const Rectification& r, const Grid& grid, const
   resize(grid, result);
   Surface& surface = *result.surface;
   // Windows that overlap share pixels: so many points carry one sample of noise.
-  const double share =
-      std::pow(static_cast<double>(options.window) / grid.stride, 2) / bending_gain(options.window, grid.stride);
+  const double share = std::pow(static_cast<double>(options.window) / grid.stride, 2) / field.gain;
   surface.correlation_points = std::max(1.0, share);
   parallel_for(
       run, grid.size(), 2048,

@@ -1,6 +1,7 @@
 // Second-order distance to sampled surfaces. docs/theory/surface.md eq. 4-6.
 #include "surface/field.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -30,11 +31,29 @@ void affine_weights(const Vec2* u, const double* g, int count, const Vec2& ux, d
   for (int i = 0; i < count; ++i) w[i] = g[i] / sum * (1 + slope.dot(u[i] - mean));
 }
 
+// A sample at a border has its 8th neighbour further away than those inside: it reaches as far as the median of its
+// ring.
+Eigen::VectorXd even_out(const Field& field, const Eigen::VectorXd& eighth) {
+  Eigen::VectorXd reach = eighth;
+  for (std::int64_t i = 0; i < reach.size(); ++i) {
+    double of_ring[8];
+    int n = 0;
+    for (const std::int32_t j : field.ring.row(i)) {
+      if (j >= 0) of_ring[n++] = eighth[j];
+    }
+    if (n == 0) continue;
+    std::nth_element(of_ring, of_ring + n / 4, of_ring + n);
+    reach[i] = std::min(reach[i], of_ring[n / 4]);
+  }
+  return reach;
+}
+
 }  // namespace
 
 Field make_field(const Run& run, const Surface& surface) {
-  Field field{&surface, Nearest(surface.points), Eigen::VectorXd::Zero(surface.size()), {}};
+  Field field{&surface, Nearest(surface.points), {}, 0, {}};
   field.ring.setConstant(surface.size(), 8, -1);
+  Eigen::VectorXd eighth = Eigen::VectorXd::Zero(surface.size());
   parallel_for(
       run, surface.size(), 1024,
       [&](std::int64_t begin, std::int64_t end) {
@@ -43,7 +62,7 @@ Field make_field(const Run& run, const Surface& surface) {
           if (!surface.present(i)) continue;
           const int n =
               field.nearest.neighbours(surface.point(i), kRing, std::numeric_limits<double>::infinity(), hits);
-          field.reach[i] = std::sqrt(hits[n - 1].distance2);
+          eighth[i] = std::sqrt(hits[n - 1].distance2);
           int k = 0;
           for (int h = 0; h < n && k < 8; ++h) {
             if (hits[h].index != i) field.ring(i, k++) = static_cast<std::int32_t>(hits[h].index);
@@ -51,6 +70,8 @@ Field make_field(const Run& run, const Surface& surface) {
         }
       },
       "spacing");
+  field.reach = even_out(field, eighth);
+  field.max_reach = field.reach.size() > 0 ? field.reach.maxCoeff() : 0;
   return field;
 }
 
@@ -63,7 +84,7 @@ bool within_reach(const Field& field, std::int64_t i, const Vec3& x) {
 FieldDistance distance_at(const Field& field, const Vec3& x, double max_distance) {
   FieldDistance out{-1, kNan, kNan, Vec3::Constant(kNan)};
   const Surface& s = *field.surface;
-  const Nearest::Hit first = field.nearest.nearest(x, max_distance);
+  const Nearest::Hit first = field.nearest.nearest(x, max_distance + field.max_reach);
   if (first.index < 0 || !within_reach(field, first.index, x)) return out;
 
   // The closest sample and its ring, weighted down to nothing at the edge of the reach.

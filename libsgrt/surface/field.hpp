@@ -11,7 +11,8 @@ namespace sgrt {
 struct Field {
   const Surface* surface;  // with normals
   Nearest nearest;
-  Eigen::VectorXd reach;  // mm, to the 8th neighbour: a foot further from its sample than this lies past a border
+  Eigen::VectorXd reach;  // mm, about to the 8th neighbour: a foot further from its sample lies past a border
+  double max_reach = 0;
   Eigen::Matrix<std::int32_t, Eigen::Dynamic, 8, Eigen::RowMajor> ring;  // the 8 neighbours; -1 where there are fewer
 };
 

@@ -1,4 +1,4 @@
-// Normals of a cloud by a local plane fit. docs/theory/surface.md.
+// Normals of a cloud by a local fit: a plane, then a quadric over it. docs/theory/surface.md.
 #pragma once
 
 #include "core/run.hpp"

@@ -58,8 +58,8 @@ def globals_of(path):
     return [name for name in demangled if not ALLOWED.search(name)]
 
 
-# Not ours, and nothing that a caller could change: the run-time's own; tables without members that FLANN's headers, which
-# include <iostream>, bring into nearest.cpp; the cache sizes of this machine, which Eigen asks for once.
+# Not ours, and nothing that a caller could change: the run-time's own; tables without members that FLANN's headers,
+# which include <iostream>, bring into nearest.cpp; the cache sizes of this machine, which Eigen asks for once.
 ALLOWED = re.compile(
     r"^(DW\.ref\.__gxx_personality_v0|std::__ioinit|flann::anyimpl::get_policy<[\w:]+>\(\)::policy"
     r"|(guard variable for )?Eigen::internal::manage_caching_sizes\(.*\)::m_cacheSizes)$"

@@ -71,10 +71,40 @@ static void test_a_hostile_text_in_a_message(void) {
   CHECK((sgrt_last_error()[strlen(sgrt_last_error()) - 1] & 0xC0) != 0xC0);
 }
 
+/* A camera's id may be any line of text; in a message its last character stays whole. */
+static void test_an_id_in_a_message(void) {
+  static const char format[] =
+      "{\"schema\": \"sgrt-rig/1\", \"id\": \"x\", \"room\": \"IEC 61217 fixed, mm\", \"cameras\": ["
+      "{\"id\": \"%s%s\", \"image_size\": [64, 48], \"model\": \"pinhole\", \"intrinsics\": [60, 60, 32, 24],"
+      " \"camera_from_room\": [[1, 0, 0, 50], [0, 1, 0, 0], [0, 0, 1, 900], [0, 0, 0, 1]]},"
+      "{\"id\": \"r\", \"image_size\": [64, 48], \"model\": \"pinhole\", \"intrinsics\": [60, 60, 32, 24],"
+      " \"camera_from_room\": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 900], [0, 0, 0, 1]]}],"
+      "\"pairs\": [{\"id\": \"pod\", \"left\": \"%s%s\", \"right\": \"r\"}]}";
+  static char text[4096], umlauts[601];
+  static const uint8_t pixels[4] = {0};
+  const sgrt_view view = sgrt_view_of(pixels, SGRT_U8, 2, 2, 0);
+  sgrt_stereo* result = CANARY(sgrt_stereo);
+  size_t i, n;
+  for (i = 0; i < 600; i += 2) memcpy(umlauts + i, "\xc3\xa4", 2);
+  for (i = 0; i < 2; ++i) { /* the buffer ends at either byte of a character */
+    const char* start = i ? "b" : "bb";
+    sgrt_rig* rig = NULL;
+    sprintf(text, format, start, umlauts, start, umlauts);
+    CHECK_OK(sgrt_rig_from_json(text, strlen(text), &rig));
+    CHECK_INVALID(sgrt_stereo_match(NULL, rig, "pod", &view, &view, NULL, &result), "b\xc3\xa4");
+    n = strlen(sgrt_last_error());
+    CHECK(n == 510 || n == 511);
+    CHECK(n > 2 && !memcmp(sgrt_last_error() + n - 2, "\xc3\xa4", 2));
+    sgrt_rig_free(rig);
+  }
+  CHECK(result == CANARY(sgrt_stereo));
+}
+
 int main(void) {
   test_the_message_is_the_threads_own();
   test_version();
   test_status_words();
   test_a_hostile_text_in_a_message();
+  test_an_id_in_a_message();
   return check_result();
 }

@@ -67,9 +67,9 @@ static void project_here(const double x[3], double pixel[2]) {
   pixel[1] = 810 * (v * radial + 0.001 * (r2 + 2 * v * v) + 2 * -0.002 * u * v) + 239.25;
 }
 
-enum { kN = 6 };
-static const double kX[kN][3] = {{0, 0, 0},      {150, -80, 40}, {-300, 200, -100},
-                                 {33, 44, 2000}, {0, 0, -1500},  {NAN, 0, 0}};
+enum { kN = 8 };
+static const double kX[kN][3] = {{0, 0, 0},     {150, -80, 40}, {-300, 200, -100}, {33, 44, 2000},
+                                 {0, 0, -1500}, {NAN, 0, 0},    {0, 0, INFINITY},  {INFINITY, 0, INFINITY}};
 
 static void test_project(const sgrt_rig* rig) {
   double pixels[kN][2], jacobian[kN][2][3], wide[kN][2][4], expected[2], ahead[2];
@@ -104,7 +104,7 @@ static void test_project(const sgrt_rig* rig) {
 }
 
 static void test_unproject(const sgrt_rig* rig) {
-  double pixels[4][2], rays[4][3], jacobian[4][3][2], centre[3] = {7, 7, 7};
+  double pixels[4][2] = {{0}}, rays[4][3], jacobian[4][3][2], centre[3] = {7, 7, 7};
   sgrt_view in = sgrt_view_of(pixels, SGRT_F64, 4, 2, 0);
   sgrt_mut_view out = sgrt_mut_view_of(rays, SGRT_F64, 4, 3, 0), j = sgrt_mut_view_of(jacobian, SGRT_F64, 4, 3, 2);
   int i, d;
@@ -122,19 +122,20 @@ static void test_unproject(const sgrt_rig* rig) {
     CHECK(jacobian[i][0][0] > 1e-3 && jacobian[i][0][0] < 1.4e-3);
   }
   CHECK(isnan(rays[3][0]) && isnan(rays[3][2]) && isnan(jacobian[3][0][0]));
+  pixels[3][0] = INFINITY;
   CHECK_OK(sgrt_rig_unproject(NULL, rig, "left", &in, &out, NULL, NULL));
+  CHECK(isnan(rays[3][0]) && isnan(rays[3][2]));
 }
 
 static void test_bad_arguments(const sgrt_rig* rig) {
   static double x[12000][3];
-  double pixels[12000][2];
+  static double pixels[12000][2];
   float single[3][2];
   sgrt_view in = sgrt_view_of(x, SGRT_F64, 3, 3, 0), wrong = sgrt_view_of(x, SGRT_F64, 3, 2, 0), none = in;
   sgrt_mut_view out = sgrt_mut_view_of(pixels, SGRT_F64, 3, 2, 0), bad = out;
   sgrt_context* context;
   int32_t threads;
   sgrt_rig_info info;
-  memset(pixels, 0, sizeof pixels);
   info.struct_size = sizeof info;
   CHECK_INVALID(sgrt_rig_summary(rig, NULL), "info: NULL");
   CHECK_INVALID(sgrt_rig_project(NULL, NULL, "left", &in, &out, NULL), "rig: NULL");

@@ -10,7 +10,7 @@ from sgrt import frames
 def displacement_matrix(shift, isocentre):
     matrix = np.eye(4)
     matrix[:3, :3] = rotation(shift.pitch_deg, shift.roll_deg, shift.rtn_deg)
-    matrix[:3, 3] = isocentre + [shift.lat_mm, shift.lng_mm, shift.vrt_mm] - matrix[:3, :3] @ isocentre
+    matrix[:3, 3] = isocentre + np.array([shift.lat_mm, shift.lng_mm, shift.vrt_mm]) - matrix[:3, :3] @ isocentre
     return matrix
 
 

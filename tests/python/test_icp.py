@@ -1,4 +1,4 @@
-"""Registration through the ABI: the truth comes back, its uncertainty is honest in words, and no pose is never a pose."""
+"""Registration through the ABI: the truth comes back, with its uncertainty, and no pose is never a pose."""
 
 import base64
 import struct
@@ -80,7 +80,7 @@ def test_a_plane_has_no_answer():
 
 
 def test_no_overlap(reference):
-    away = sgrt.Surface(reference.points + [0.0, 0.0, 500.0], normals=reference.normals)
+    away = sgrt.Surface(reference.points + np.array([0.0, 0.0, 500.0]), normals=reference.normals)
     with pytest.raises(sgrt.NotFound) as error:
         sgrt.icp_align(reference, away, isocentre_mm=(0, 0, 0))
     assert np.isnan(error.value.result.reference_from_live).all()
@@ -95,7 +95,7 @@ def test_too_few_points(reference, count):
 
 def test_not_converged(reference, live):
     with pytest.raises(sgrt.NotConverged) as error:
-        sgrt.icp_align(reference, live, isocentre_mm=(0, 0, 0), max_iterations=1)
+        sgrt.icp_align(reference, live, isocentre_mm=(0, 0, 0), max_iterations=2)
     assert np.isnan(error.value.result.reference_from_live).all()
 
 

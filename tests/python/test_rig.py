@@ -153,5 +153,9 @@ def test_session_gives_arrays_of_its_own(rig, images, stereo):
     assert abs(np.nanmedian(second.surface.points[..., 2])) > 10
     with pytest.raises(sgrt.InvalidArgument, match="time_s"):
         session.push(left, right, time_s=0.0)
+    grey = np.full_like(left, 90)
+    with pytest.raises(sgrt.NotFound) as error:
+        session.push(grey, grey, time_s=0.15)
+    assert error.value.result.counts["none"] == 0
     third = session.push(left, right, time_s=0.2)
     assert np.array_equal(third.surface.points, kept, equal_nan=True)

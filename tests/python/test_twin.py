@@ -123,9 +123,7 @@ def test_rig_json_has_the_fields_of_the_schema(room):
     for entry, camera in zip(rig["cameras"], room.cameras.values(), strict=True):
         assert set(entry) == {"id", "image_size", "model", "intrinsics", "distortion", "camera_from_room"}
         assert (entry["id"], entry["image_size"], entry["model"]) == (camera.id, [1280, 1024], "brown5")
-        assert entry["intrinsics"] == list(camera.intrinsics) and entry["distortion"] == list(
-            camera.distortion
-        )
+        assert entry["intrinsics"] == list(camera.intrinsics) and entry["distortion"] == list(camera.distortion)
         assert np.array_equal(entry["camera_from_room"], camera.matrix)
 
 
@@ -258,9 +256,7 @@ def test_random_displacement_is_seeded_and_bounded():
     draws = [twin.random_displacement(seed, max_mm=15.0, max_deg=3.0) for seed in range(300)]
     magnitudes = np.array([numbers["mag_mm"] for _, numbers in draws])
     angles = np.array([[n["pitch_deg"], n["roll_deg"], n["rtn_deg"]] for _, n in draws])
-    assert magnitudes.max() <= 15.0 and np.median(magnitudes) == pytest.approx(
-        15.0 * 0.5 ** (1 / 3), rel=0.05
-    )
+    assert magnitudes.max() <= 15.0 and np.median(magnitudes) == pytest.approx(15.0 * 0.5 ** (1 / 3), rel=0.05)
     assert np.max(np.abs(angles)) <= 3.0 and np.all(np.ptp(angles, axis=0) > 5.5)
     matrix, numbers = draws[5]
     again = twin.random_displacement(5)
@@ -312,9 +308,7 @@ def test_left_and_right_see_the_same_light_at_true_matches(room, head, head_matc
     there = ndimage.map_coordinates(right, [row, column], order=5)
     assert np.corrcoef(there, left[good])[0, 1] > 0.999
     for axis in (0, 1):  # the mean sub-pixel shift that would explain the difference
-        slope = ndimage.map_coordinates(
-            ndimage.convolve1d(right, [0.5, 0, -0.5], axis=axis), [row, column], order=3
-        )
+        slope = ndimage.map_coordinates(ndimage.convolve1d(right, [0.5, 0, -0.5], axis=axis), [row, column], order=3)
         assert abs(np.sum(slope * (left[good] - there)) / np.sum(slope**2)) < 0.004
 
 
@@ -396,10 +390,7 @@ def test_texture_moves_with_the_body(room):
 
 def _capture(job):
     room, phantom = pickle.loads(job)
-    return {
-        name: image.tobytes()
-        for name, image in room.capture(phantom, POSE, seed=3, cameras=["pod1-left"]).items()
-    }
+    return {name: image.tobytes() for name, image in room.capture(phantom, POSE, seed=3, cameras=["pod1-left"]).items()}
 
 
 def test_same_seed_same_bytes_in_any_process(room, head):
@@ -427,7 +418,7 @@ def test_body_out_of_view_is_background(room, torso):
         image = room.capture(torso, pose, seed=1, cameras=["pod1-left"])["pod1-left"]
         assert np.mean(image) == pytest.approx(level, abs=0.1)
         assert np.all(np.isnan(room.truth_depth("pod1-left", torso, pose)))
-    pose[:3, 3] = camera.centre + [0, 0, 150.0]  # the body swallows the camera
+    pose[:3, 3] = camera.centre + np.array([0, 0, 150.0])  # the body swallows the camera
     assert room.capture(torso, pose, seed=1, cameras=["pod1-left"])["pod1-left"].shape == (1024, 1280)
 
 

@@ -1,7 +1,7 @@
 """The main job end to end in a simulated room: images of two pods -> surfaces -> six shifts, beside the truth.
 
-Ten random displacements of a torso phantom are captured and measured twice: with the rig as it is, and with a rig that carries a drawn
-calibration error, as a real one does. Needs the extras `twin` and `plot`.
+Ten random displacements of a torso phantom are captured and measured twice: with the rig as it is, and with a rig that
+carries a drawn calibration error, as a real one does. Needs the extras `twin` and `plot`.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def errors_of(true: dict[str, float], result: Icp | None) -> tuple[float, float]
 
 
 def run(*, out: Path, threads: int = 0, as_json: bool = False) -> int:
-    """Simulates, measures, prints a table and writes the picture, the JSON and the files of the first trial into `out`."""
+    """Simulates, measures, prints a table; writes the picture, the JSON and the files of the first trial into `out`."""
     out.mkdir(parents=True, exist_ok=True)
     if not os.access(out, os.W_OK):
         raise PermissionError(13, "Permission denied", str(out))
@@ -240,7 +240,8 @@ def print_worst(document: dict[str, Any], out: Path) -> None:
     print(
         f"\nWorst of {TRIALS} displacements up to {MAX_MM:g} mm and {MAX_DEG:g} deg, two pods, default noise:\n"
         f"  exact rig                     {exact['error_mm']:.3f} mm  {exact['error_deg']:.3f} deg\n"
-        f"  rig perturbed by {CALIBRATION_PX:g} px       {perturbed['error_mm']:.3f} mm  {perturbed['error_deg']:.3f} deg\n"
+        f"  rig perturbed by {CALIBRATION_PX:g} px       {perturbed['error_mm']:.3f} mm "
+        f" {perturbed['error_deg']:.3f} deg\n"
         f"Picture: {out / 'demo.png'}   figures: {out / 'demo.json'}\n"
         f"Try: sgrt register --reference {out / 'reference.ply'} --live {out / 'live.ply'} --isocentre 0 0 0"
     )

@@ -29,7 +29,7 @@ ROWS = (
 
 @dataclass(frozen=True)
 class Scene:
-    """What is drawn: a camera image, reference and live surface, the signed distances (mm, a number a live point) and six numbers."""
+    """What is drawn: an image, both surfaces, the signed distances (mm, one a live point) and the six numbers."""
 
     image: NDArray[Any]
     reference: Surface
@@ -116,7 +116,9 @@ def _distance(figure: Figure, axes: Any, surface: Surface, distance_mm: Array, l
     points, value = surface.points, distance_mm.ravel()
     known = np.isfinite(value)
     axes.scatter(*points[~known, :2].T, s=1.5, c="0.8", linewidths=0)
-    dots = axes.scatter(*points[known, :2].T, s=2.5, c=value[known], cmap="RdBu_r", vmin=-limit, vmax=limit, linewidths=0)
+    dots = axes.scatter(
+        *points[known, :2].T, s=2.5, c=value[known], cmap="RdBu_r", vmin=-limit, vmax=limit, linewidths=0
+    )
     figure.colorbar(dots, ax=axes, label="mm, positive: outside the reference", shrink=0.9)
     axes.set_title(title)
     axes.set_xlabel("X, mm (room, from above)")

@@ -215,8 +215,6 @@ const char* c_text(const std::string& text, const char* name);
 
 // ------------------------------------------------------------------------------------------------------------- parts
 
-// A new surface from views of any memory (the copy that a session's lent result needs).
-Surface create_surface(Context* context, const sgrt_surface_data& data);
 // N, or H x W: one entry a point.
 std::vector<py::ssize_t> point_shape(const sgrt_surface* surface);
 

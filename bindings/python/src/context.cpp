@@ -45,6 +45,7 @@ max_isa: 'auto', 'baseline' or 'avx2', the highest instruction set to use.
 progress: called as progress(fraction, stage) on the calling thread, about every 10 ms; fraction runs 0 to 1 within a
     stage. A true result cancels the call, which raises sgrt.Cancelled. What it raises comes out of the call unchanged.
 log: called as log(level, message); level 0 is information, 1 a warning. What it raises comes out of the call unchanged.
+A callback may call the library, but not with this context.
 
 A context may be shared by threads; concurrent calls queue. Results do not depend on the number of threads. A call without
 a context makes one of its own: one thread, silent, cancelled by Ctrl-C.
@@ -65,11 +66,6 @@ Context::Context(int32_t threads_, const std::string& max_isa, py::object progre
 }
 
 Call::Call(Context* context) : context_(context), outer_(current) {
-  for (const Call* call = outer_; call && context; call = call->outer_) {
-    if (call->context_ == context) {
-      invalid("context: it is busy with the call whose callback this is; use another one inside a callback");
-    }
-  }
   if (!context_) {
     own_.emplace(defaults(sgrt_context_options_init).threads, "auto", py::none(), py::none());
     context_ = &*own_;

@@ -54,7 +54,7 @@ void register_roi(py::module_& m) {
 
 vertices_xy_mm: V x 2, mm, V >= 3. A reference point is inside by the even-odd rule if its normal has z > 0.
 
-Raises InvalidArgument: fewer than 3 vertices, non-finite, no area.
+Raises InvalidArgument: fewer than 3 vertices, non-finite, no area. LimitError: more than 10,000 vertices.
 C: sgrt_roi_from_polygon)")
       .def_static("box", &box, py::arg("min_mm"), py::arg("max_mm"),
                   R"(An axis-aligned box of the room; min_mm and max_mm: 3 numbers each, mm.

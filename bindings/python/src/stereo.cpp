@@ -1,11 +1,14 @@
 // Stereo: a pair of speckle images to a surface, once or as a session.
 #include "bindings.hpp"
 
+#include <iterator>
+
 namespace sgrt_py {
 namespace {
 
-constexpr const char* kReasons[SGRT_REASON_COUNT] = {"none",      "out_of_view", "out_of_volume", "no_texture",
-                                                     "saturated", "no_match",    "left_right",    "ambiguous",   "edge"};
+constexpr const char* kReasons[] = {"none",     "out_of_view", "out_of_volume", "no_texture", "saturated",
+                                    "no_match", "left_right",  "ambiguous",     "edge"};
+static_assert(std::size(kReasons) == SGRT_REASON_COUNT, "a reason of sgrt.h lacks its word");
 
 using StereoHandle = Owned<sgrt_stereo, sgrt_stereo_free>;
 using SessionHandle = Owned<sgrt_stereo_session, sgrt_stereo_session_free>;
@@ -37,22 +40,6 @@ MaybeNumbers<T> array_of(const sgrt_stereo* result, int32_t field, const py::obj
   return array;
 }
 
-// The surface's own memory, so that it outlives what a session lends.
-Surface copy_of(const Surface& lent) {
-  auto data = defaults(sgrt_surface_data_init);
-  const sgrt_surface* handle = lent.handle.get();
-  run([&] { return sgrt_surface_array(handle, SGRT_SURFACE_POINTS, &data.points); });
-  run([&] { return sgrt_surface_array(handle, SGRT_SURFACE_NORMALS, &data.normals); });
-  run([&] { return sgrt_surface_array(handle, SGRT_SURFACE_SIGMA, &data.sigma_mm); });
-  run([&] { return sgrt_surface_array(handle, SGRT_SURFACE_COVARIANCE, &data.covariance); });
-  run([&] { return sgrt_surface_array(handle, SGRT_SURFACE_MODES, &data.modes); });
-  sgrt_surface_info info{};
-  info.struct_size = sizeof info;
-  run([&] { return sgrt_surface_summary(handle, &info); });
-  data.correlation_points = info.correlation_points;
-  return create_surface(nullptr, data);
-}
-
 // base: what keeps `result` alive; None: copy.
 Stereo unpack(const sgrt_stereo* result, const py::object& base) {
   Stereo s;
@@ -64,9 +51,8 @@ Stereo unpack(const sgrt_stereo* result, const py::object& base) {
   s.left_px = array_of<double>(result, SGRT_STEREO_LEFT_PX, base);
   s.right_px = array_of<double>(result, SGRT_STEREO_RIGHT_PX, base);
   if (s.info.point_count > 0) {
-    Surface surface;
-    run([&] { return sgrt_stereo_surface(result, out(surface.handle)); });
-    s.surface = base.is_none() ? copy_of(surface) : std::move(surface);
+    s.surface.emplace();  // it has its own share of the memory: it outlives what a session lends
+    run([&] { return sgrt_stereo_surface(result, out(s.surface->handle)); });
   }
   return s;
 }
@@ -124,10 +110,11 @@ StereoSession open_session(const Rig& rig, const std::string& pair_id, int32_t w
 Stereo push(StereoSession& session, const ArrayLike& left, const ArrayLike& right, double time_s, Context* context) {
   const InView l(left, "left", Accept::kImages), r(right, "right", Accept::kImages);
   const sgrt_stereo* lent = nullptr;
-  run(context, [&](sgrt_context* c) {
+  const Outcome outcome = attempt(context, [&](sgrt_context* c) {
     return sgrt_stereo_session_push(c, session.handle.get(), &l.view, &r.view, time_s, &lent);
   });
-  return unpack(lent, py::none());
+  if (outcome.status == SGRT_OK) return unpack(lent, py::none());
+  raise(outcome.status, outcome.message, lent ? py::cast(unpack(lent, py::none())) : py::none());
 }
 
 py::typing::Dict<py::str, int> counts(const Stereo& s) {
@@ -157,7 +144,7 @@ C: sgrt_stereo_session_create)";
 constexpr const char* kPushDoc = R"(The Stereo of the next pair of images, as arrays of its own.
 
 left, right: as stereo_match. time_s: must not decrease. After an error the session can go on.
-Raises as stereo_match (without error.result).
+Raises as stereo_match.
 C: sgrt_stereo_session_push)";
 
 }  // namespace

@@ -33,7 +33,9 @@ Surface from_arrays(const ArrayLike& points, const MaybeArray& normals, const Ma
   data.faces = views[4].view;
   data.modes = views[5].view;
   data.correlation_points = correlation_points;
-  return create_surface(context, data);
+  Surface surface;
+  run(context, [&](sgrt_context* c) { return sgrt_surface_create(c, &data, out(surface.handle)); });
+  return surface;
 }
 
 Surface from_height_field(const ArrayLike& z_mm, const ArrayLike& origin_mm, const ArrayLike& spacing_mm,
@@ -147,7 +149,8 @@ Floats are float32 or float64 with any strides; they are copied once, into float
 views of the surface's own memory, None where absent; they keep the surface alive. Surfaces pickle.
 
 Raises InvalidArgument: shape, dtype; a NaN or Inf (absent grid points excepted); |coordinate| > 1e5 mm; sigma <= 0; a normal
-    that is not unit within 1e-3; a face index out of range. InsufficientData: no point. LimitError: above 50 million points.
+    that is not unit within 1e-3; a face index out of range. InsufficientData: no point. LimitError: above 50 million points
+    or 4 GiB.
 C: sgrt_surface_create, sgrt_surface_array, sgrt_surface_summary)";
 
 constexpr const char* kHeightFieldDoc =
@@ -160,10 +163,12 @@ Raises as Surface; InvalidArgument also for a spacing that is 0.
 C: sgrt_surface_from_height_field)";
 
 constexpr const char* kNormalsDoc =
-    R"(The surface with normals from a local plane fit; all other arrays are kept.
+    R"(The surface with normals from a local fit, the plane of the nearest neighbours and then a quadric over it; all other arrays
+are kept.
 
 neighbours: points of the fit, 6 to 200. viewpoint_mm: 3 numbers, room frame; the normals of a cloud turn towards it.
-radius_mm: neighbours further than this do not count. A point without 6 neighbours in reach gets a NaN normal.
+radius_mm: neighbours further than this do not count. A point whose neighbours fix no plane (fewer
+than 6 in reach, or on a line) gets a NaN normal.
 
 Raises InsufficientData: fewer than 6 points. InvalidArgument: an option out of range. Cancelled.
 C: sgrt_surface_estimate_normals)";
@@ -188,12 +193,6 @@ Raises InvalidArgument: a pose that is not rigid, a reference without normals, a
 C: sgrt_surface_distance)";
 
 }  // namespace
-
-Surface create_surface(Context* context, const sgrt_surface_data& data) {
-  Surface surface;
-  run(context, [&](sgrt_context* c) { return sgrt_surface_create(c, &data, out(surface.handle)); });
-  return surface;
-}
 
 std::vector<py::ssize_t> point_shape(const sgrt_surface* surface) {
   sgrt_surface_info info{};

@@ -54,14 +54,14 @@ TEST(Image, EveryTypeAndStride) {
   check<float>(Type::kF32, -0.37);
 }
 
-TEST(Image, NonFiniteIsDark) {
+TEST(Image, WhatIsNoGreyLevelCountsAsClipped) {
   const float inf = std::numeric_limits<float>::infinity();
-  const std::vector<float> pixels = {1, std::nanf(""), inf, -inf, -3, 1e38f};
-  const ImageView view = view_of(pixels, Type::kF32, 1, 6);
+  const std::vector<float> pixels = {1, std::nanf(""), inf, -inf, -3, 1e38F, 1e9F};
+  const ImageView view = view_of(pixels, Type::kF32, 1, 7);
   Image image;
   load(view, image);
-  EXPECT_EQ(image.pixels, (std::vector<float>{1, -1, -1, -1, -3, 1e38f}));
-  for (int x = 0; x < 6; ++x) EXPECT_EQ(view.at(0, x), image.row(0)[x]);
+  EXPECT_EQ(image.pixels, (std::vector<float>{1, inf, inf, inf, -3, inf, 1e9F}));
+  for (int x = 0; x < 7; ++x) EXPECT_EQ(view.at(0, x), image.row(0)[x]);
 }
 
 TEST(Image, Clip) {

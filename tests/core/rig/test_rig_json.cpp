@@ -2,6 +2,7 @@
 #include <clocale>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "core/strict_json.inl"
 #include "expect.hpp"
@@ -286,7 +287,7 @@ TEST(RigJson, MutatedBytes) {
   for (int i = 0; i < 20000; ++i) {
     std::string text = source;
     const int changes = 1 + static_cast<int>(draw.bits() % 4);
-    for (int k = 0; k < changes; ++k) {
+    for (int k = 0; k < changes && !text.empty(); ++k) {
       const std::size_t at = draw.bits() % text.size(), length = 1 + draw.bits() % 12;
       switch (draw.bits() % 5) {
         case 0:

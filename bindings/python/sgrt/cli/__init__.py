@@ -10,10 +10,8 @@ import click
 
 from .. import __version__
 from ..errors import Error
+from . import evaluate, register, stereo
 from ._common import Failure, exit_code, one_line
-from .eval import evaluate
-from .register import register
-from .stereo import stereo
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -28,13 +26,13 @@ def group() -> None:
     """
 
 
-group.add_command(stereo)
-group.add_command(evaluate)
-group.add_command(register)
+group.add_command(stereo.command)
+group.add_command(evaluate.command)
+group.add_command(register.command)
 if importlib.util.find_spec("sgrt.demo"):
-    from .demo import demo
+    from . import demo
 
-    group.add_command(demo)
+    group.add_command(demo.command)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -16,7 +16,7 @@ import click
 from tqdm import tqdm
 
 from .._core import Context
-from ..errors import Error
+from ..errors import Cancelled, Error
 from ..io._files import plain
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -52,7 +52,10 @@ def common(command: Command) -> Command:
     @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on standard output.")
     @functools.wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> Any:
-        return command(*args, **kwargs)
+        try:
+            return command(*args, **kwargs)
+        except KeyboardInterrupt:  # click would print an empty line of its own
+            raise Cancelled("cancelled") from None
 
     return wrapped  # type: ignore[return-value]
 

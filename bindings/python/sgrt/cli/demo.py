@@ -10,12 +10,12 @@ import click
 from ._common import FILE, Failure, common
 
 
-@click.command(epilog="Example: sgrt demo --out demo-out")
+@click.command("demo", epilog="\b\nExample: sgrt demo --out demo-out")
 @click.option(
     "--out", type=FILE, default=Path("sgrt-demo"), metavar="DIR", help="Where the files go; default: sgrt-demo."
 )
 @common
-def demo(out: Path, threads: int, as_json: bool) -> int | None:
+def command(out: Path, threads: int, as_json: bool) -> int | None:
     """The main job: a simulated room, two pods, capture -> surface -> six shifts, with a picture.
 
     Needs the extras twin and plot: pip install 'sgrt[twin,plot]'.

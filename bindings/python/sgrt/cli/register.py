@@ -71,7 +71,9 @@ def _align(
         return icp_align(surfaces[0], surfaces[1], roi=surfaces[2], context=context, **known)
 
 
-@click.command(epilog="Example: sgrt register --reference reference.ply --live live.ply --isocentre 0 0 0 --json")
+@click.command(
+    "register", epilog="\b\nExample: sgrt register --reference reference.ply --live live.ply --isocentre 0 0 0 --json"
+)
 @click.option(
     "--reference", type=FILE, required=True, metavar="FILE", help="Where the patient should be, PLY, room frame."
 )
@@ -103,7 +105,7 @@ def _align(
     " the isocentre; the result is relative to it, in room axes.",
 )
 @common
-def register(
+def command(
     reference: Path,
     live: Path,
     isocentre_mm: tuple[float, ...],

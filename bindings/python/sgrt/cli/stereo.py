@@ -66,7 +66,9 @@ def _print(out: Path, surface: Surface, pairs: list[dict[str, Any]], fusion: dic
     print(f"{out}: {surface.point_count} points")
 
 
-@click.command(epilog="Example: sgrt stereo --rig rig.json --pair pod1 left.png right.png --out surface.ply")
+@click.command(
+    "stereo", epilog="\b\nExample: sgrt stereo --rig rig.json --pair pod1 left.png right.png --out surface.ply"
+)
 @click.option("--rig", "rig_file", type=FILE, required=True, metavar="FILE", help="The calibrated room, rig.json.")
 @click.option(
     "--pair",
@@ -88,7 +90,7 @@ def _print(out: Path, surface: Surface, pairs: list[dict[str, Any]], fusion: dic
 @click.option("--stride", "stride_px", type=int, metavar="PX", help="A point every so many pixels, 1 to 32.")
 @click.option("--window", "window_px", type=int, metavar="PX", help="Side of the square window, odd, 9 to 41.")
 @common
-def stereo(
+def command(
     rig_file: Path,
     pairs: tuple[tuple[str, Path, Path], ...],
     out: Path,

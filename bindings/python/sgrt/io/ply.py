@@ -204,24 +204,24 @@ def _parse_errors() -> Iterator[None]:
         raise FormatError(f"malformed numbers: {str(error).splitlines()[0]}") from error
 
 
-def _surface(stream: BinaryIO) -> Surface:
-    header = _header(stream)
-    _check(header, os.fstat(stream.fileno()).st_size)
+def _surface(path: PathLike) -> Surface:
+    with Path(path).open("rb") as stream:
+        header = _header(stream)
+        _check(header, os.fstat(stream.fileno()).st_size)
     vertex, face = header.element("vertex"), header.element("face")
     assert vertex is not None
     face_name = _face_name(face) if face and face.count else None
     grid = _grid(header.comments, vertex.count)
     correlation = _correlation(header.comments)
-    stream.seek(0)
     with _parse_errors():
         try:  # triangles are read at once; anything else row by row, to say what it is
-            known = {"face": {face_name: 3}} if face_name else {}
-            ply = PlyData.read(stream, mmap=False, known_list_len=known)
+            ply = PlyData.read(
+                os.fspath(path), mmap=False, known_list_len={"face": {face_name: 3}} if face_name else {}
+            )
         except PlyParseError:
             if not face_name:
                 raise
-            stream.seek(0)
-            ply = PlyData.read(stream, mmap=False)
+            ply = PlyData.read(os.fspath(path), mmap=False)
     rows = ply["vertex"]
     shape = grid or (vertex.count,)
 
@@ -249,8 +249,8 @@ def read_surface(path: PathLike) -> Surface:
     Raises OSError (missing), FormatError (malformed; the message names the file and cause), InsufficientData (no
     point).
     """
-    with naming(path), Path(path).open("rb") as stream:
-        return _surface(stream)
+    with naming(path):
+        return _surface(path)
 
 
 def write_surface(path: PathLike, surface: Surface, *, format: Literal["binary", "ascii"] = "binary") -> None:

@@ -135,9 +135,7 @@ def _build(
     k = checks.number("scale", scale, 0.5, 2.0)
 
     def grown(blobs: tuple[Blob, ...]) -> tuple[Blob, ...]:
-        return tuple(
-            Blob(k * b.size, _times(k, b.centre), _times(k, b.axes), b.turn_deg) for b in blobs if b.size
-        )
+        return tuple(Blob(k * b.size, _times(k, b.centre), _times(k, b.axes), b.turn_deg) for b in blobs if b.size)
 
     return Phantom(
         name=name,

@@ -220,9 +220,7 @@ class Phantom:
         """Uniform random points of the skin and outward unit normals, both (count, 3), mm, body frame."""
         from .closest import sample_surface
 
-        return sample_surface(
-            self, checks.integer("count", count, 1, 50_000_000), checks.integer("seed", seed)
-        )
+        return sample_surface(self, checks.integer("count", count, 1, 50_000_000), checks.integer("seed", seed))
 
     def landmarks(self) -> dict[str, Array]:
         """Landmark positions (3,), body frame, mm, by name: local extrema of the skin's mean curvature."""

@@ -36,9 +36,7 @@ def displacement(
     return out
 
 
-def random_displacement(
-    seed: int, max_mm: float = 15.0, max_deg: float = 3.0
-) -> tuple[Array, dict[str, float]]:
+def random_displacement(seed: int, max_mm: float = 15.0, max_deg: float = 3.0) -> tuple[Array, dict[str, float]]:
     """Draw a displacement: the shift uniform in the ball of radius `max_mm`, each angle uniform in
     +-`max_deg`.
 

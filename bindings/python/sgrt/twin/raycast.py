@@ -36,9 +36,7 @@ def scene(phantom: Phantom) -> rtcore_scene.EmbreeScene:
     return built
 
 
-def first_hit(
-    phantom: Phantom, origin: Array, d: XYZ, done_mm: float = DONE_MM
-) -> tuple[Array, np.ndarray, XYZ]:
+def first_hit(phantom: Phantom, origin: Array, d: XYZ, done_mm: float = DONE_MM) -> tuple[Array, np.ndarray, XYZ]:
     """Cast rays origin + t d (unit d) and refine the hits.
 
     Returns t (N,) (NaN where nothing was hit), the indices (M,) of the hits, and the gradient of F at them
@@ -92,8 +90,6 @@ def sees(phantom: Phantom, points: XYZ, normals: XYZ, target: Array) -> np.ndarr
         length = np.sqrt(sum(axis[index] ** 2 for axis in d))
         origin = np.stack([points[i][index] + LIFT_MM * normals[i][index] for i in range(3)], axis=-1)
         direction = np.stack([axis[index] / length for axis in d], axis=-1)
-        blocked = scene(phantom).run(
-            origin.astype(np.float32), direction.astype(np.float32), query="OCCLUDED"
-        )
+        blocked = scene(phantom).run(origin.astype(np.float32), direction.astype(np.float32), query="OCCLUDED")
         clear[index] = blocked < 0
     return clear

@@ -57,9 +57,7 @@ def expected_electrons(view: View, phantom: Phantom, room_from_body: Array) -> n
     return image
 
 
-def bounding_region(
-    camera: Camera, phantom: Phantom, room_from_body: Array
-) -> tuple[int, int, int, int] | None:
+def bounding_region(camera: Camera, phantom: Phantom, room_from_body: Array) -> tuple[int, int, int, int] | None:
     """Rows [top, bottom) and columns [left, right) that hold the body's image; None if out of view."""
     width, height = camera.image_size
     vertices = phantom.mesh(12.0)[0]
@@ -124,9 +122,7 @@ def shade(view: View, phantom: Phantom, room_from_body: Array, hit: Cast) -> Lig
     return Light(direct, albedo * (0.6 + 0.4 * up), sees(phantom, hit.points, hit.normals, source))
 
 
-def _render_region(
-    view: View, phantom: Phantom, room_from_body: Array, region: tuple, out: np.ndarray
-) -> None:
+def _render_region(view: View, phantom: Phantom, room_from_body: Array, region: tuple, out: np.ndarray) -> None:
     """Write the expected electrons of the region's body pixels into `out`."""
     top, bottom, left, right = region
     rows, columns = bottom - top, right - left
@@ -239,9 +235,7 @@ def _pattern_place(view: View, room_from_body: Array, x: Array, y: Array, w: Arr
 def _blur(image: np.ndarray, sigma: float) -> None:
     """The lens' Gaussian, in place, with the edge repeated."""
     if sigma > 0.0:
-        image[:] = ndimage.gaussian_filter(
-            image, sigma, mode="nearest", radius=max(2, int(np.ceil(4.0 * sigma)))
-        )
+        image[:] = ndimage.gaussian_filter(image, sigma, mode="nearest", radius=max(2, int(np.ceil(4.0 * sigma))))
 
 
 def _flat(matrix: Array) -> tuple[float, ...]:

@@ -8,9 +8,7 @@ from collections.abc import Iterable
 from .camera import Camera
 
 
-def rig_json(
-    rig_id: str, cameras: Iterable[Camera], pairs: dict[str, tuple[str, str]], provenance: dict
-) -> str:
+def rig_json(rig_id: str, cameras: Iterable[Camera], pairs: dict[str, tuple[str, str]], provenance: dict) -> str:
     """The JSON text of a rig; `pairs` maps a pair's id to its (left, right) camera ids."""
     rig = {
         "schema": "sgrt-rig/1",

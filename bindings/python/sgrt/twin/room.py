@@ -58,9 +58,7 @@ class Room:
     def _mount(self, pod: str) -> None:
         swing, feet, distance = PODS[pod]
         swing, feet = np.deg2rad(swing), np.deg2rad(feet)
-        centre = distance * np.array(
-            [np.sin(swing) * np.cos(feet), -np.sin(feet), np.cos(swing) * np.cos(feet)]
-        )
+        centre = distance * np.array([np.sin(swing) * np.cos(feet), -np.sin(feet), np.cos(swing) * np.cos(feet)])
         across = _look(centre, np.zeros(3))[0, :3]
         for side, sign in (("left", -0.5), ("right", 0.5)):
             name = f"{pod}-{side}"
@@ -69,9 +67,7 @@ class Room:
             aim = rng.normal(0.0, 4.0, 3)
             self.cameras[name] = _draw_camera(name, _look(place, aim, rng.normal(0.0, 0.3)), rng)
         lamp = centre - 45.0 * _look(centre, np.zeros(3))[1, :3]  # above the middle of the baseline
-        self.projectors[pod] = Projector(
-            pod, PATTERN_SIZE, FOCAL_PX, _flat(_look(lamp, np.zeros(3))), self.seed
-        )
+        self.projectors[pod] = Projector(pod, PATTERN_SIZE, FOCAL_PX, _flat(_look(lamp, np.zeros(3))), self.seed)
         self.pairs[pod] = (f"{pod}-left", f"{pod}-right")
 
     def rig_json(self) -> str:
@@ -94,9 +90,7 @@ class Room:
         return self._rig(ordered, f"twin-{self.seed}-calibration-{seed}", about)
 
     def _rig(self, cameras: Iterable[Camera], rig_id: str, about: dict) -> str:
-        return rig_json(
-            rig_id, cameras, self.pairs, {"source": "simulated room", "room_seed": self.seed, **about}
-        )
+        return rig_json(rig_id, cameras, self.pairs, {"source": "simulated room", "room_seed": self.seed, **about})
 
     def capture(
         self,
@@ -124,9 +118,7 @@ class Room:
         images = {}
         for name in names:
             electrons = self.render(name, phantom, room_from_body)
-            images[name] = self.sensor.expose(
-                electrons, self.cameras[name].offset_counts, stream(seed, name, "noise")
-            )
+            images[name] = self.sensor.expose(electrons, self.cameras[name].offset_counts, stream(seed, name, "noise"))
         return images
 
     def render(self, camera: str, phantom: Phantom, room_from_body: ArrayLike | None = None) -> np.ndarray:
@@ -137,9 +129,7 @@ class Room:
 
     def truth_depth(self, camera: str, phantom: Phantom, room_from_body: ArrayLike | None = None) -> Array:
         """The skin point that each pixel centre sees: (1024, 1280, 3), room frame, mm; NaN if none."""
-        return truth.depth(
-            self._camera(camera), _body(phantom), checks.pose("room_from_body", room_from_body)
-        )
+        return truth.depth(self._camera(camera), _body(phantom), checks.pose("room_from_body", room_from_body))
 
     def true_match(self, pair: str, phantom: Phantom, room_from_body: ArrayLike | None = None) -> truth.Match:
         """The exact right pixel of each left pixel's skin point, and where it is visible and lit."""

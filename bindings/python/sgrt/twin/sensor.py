@@ -58,6 +58,4 @@ class Sensor:
 
 def stream(seed: int, name: str, purpose: str) -> np.random.Generator:
     """A PCG64 generator of its own for each seed, camera and purpose: no camera changes another's."""
-    return np.random.Generator(
-        np.random.PCG64(np.random.SeedSequence([seed, *name.encode(), 0, *purpose.encode()]))
-    )
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, *name.encode(), 0, *purpose.encode()])))

@@ -36,9 +36,7 @@ def depth(camera: Camera, phantom: Phantom, room_from_body: Array) -> Array:
     return out.reshape(height, width, 3)
 
 
-def match(
-    left: Camera, right: Camera, projector: Projector, phantom: Phantom, room_from_body: Array
-) -> Match:
+def match(left: Camera, right: Camera, projector: Projector, phantom: Phantom, room_from_body: Array) -> Match:
     """True matches of all pixels of `left` in `right`."""
     width, height = left.image_size
     index, hit = _hits(left, phantom, room_from_body)
@@ -48,9 +46,7 @@ def match(
         found = right.project(np.stack(_room(room_from_body, hit), axis=-1))
         pixels[index] = found
         wide, high = right.image_size
-        inside = (
-            (found[:, 0] >= 0) & (found[:, 0] <= wide - 1) & (found[:, 1] >= 0) & (found[:, 1] <= high - 1)
-        )
+        inside = (found[:, 0] >= 0) & (found[:, 0] <= wide - 1) & (found[:, 1] >= 0) & (found[:, 1] <= high - 1)
         visible[index] = inside & _sees_from(right.centre, phantom, room_from_body, hit)
         lit[index] = _sees_from(projector.centre, phantom, room_from_body, hit)
     return Match(pixels.reshape(height, width, 2), visible.reshape(height, width), lit.reshape(height, width))
@@ -58,7 +54,7 @@ def match(
 
 def _hits(camera: Camera, phantom: Phantom, room_from_body: Array) -> tuple[np.ndarray, Cast]:
     """Flat pixel indices of the hits and the hits."""
-    width, height = camera.image_size
+    width = camera.image_size[0]
     top, bottom, left, right = bounding_region(camera, phantom, room_from_body) or (0, 1, 0, 1)
     x, y = (np.ascontiguousarray(table[top:bottom, left:right]).ravel() for table in ray_table(camera))
     hit = cast(camera, phantom, room_from_body, x, y, DONE_MM)

@@ -32,9 +32,7 @@ def _size(text: str) -> tuple[int, int]:
 )
 @click.option("--out", type=FILE, required=True, metavar="FILE", help="The surface with normals, PLY.")
 @common
-def evaluate(
-    nurbs: Path, grid: str | None, chord_error_mm: float | None, out: Path, threads: int, as_json: bool
-) -> int:
+def command(nurbs: Path, grid: str | None, chord_error_mm: float | None, out: Path, threads: int, as_json: bool) -> int:
     """Evaluates a NURBS surface: an organised grid of points with exact normals, or a mesh."""
     if (grid is None) == (chord_error_mm is None):
         raise Failure("expected one of --grid and --chord-error")
