@@ -1,7 +1,7 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
  * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo,
- * nurbs_fit, icp.
+ * nurbs_curve, nurbs_surface, nurbs_fit, icp.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose
  * `a_from_b` maps b-coordinates to a. Pixel (0,0) is the centre of the top-left pixel. The room frame is IEC 61217 fixed:
@@ -477,6 +477,200 @@ SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
 
+/* --------------------------------------------------------------------------------------------------- nurbs_curve */
+
+/* A non-uniform rational B-spline curve (eq. 10.4 to 10.10; docs/theory/nurbs.md). Immutable; tools give a new one. */
+typedef struct sgrt_nurbs_curve sgrt_nurbs_curve;
+
+typedef struct sgrt_nurbs_curve_data {
+  uint32_t struct_size;
+  int32_t degree;           /* 1 to 24; default 3 */
+  sgrt_view knots;          /* N + degree + 1, not decreasing; absent: uniform, clamped, on [0, 1] */
+  sgrt_view control_points; /* N x 3, mm */
+  sgrt_view weights;        /* N, above 0 (1e-9 to 1e9); absent: all 1 */
+} sgrt_nurbs_curve_data;
+/* Empties *data and sets its struct_size and defaults. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_data_init(sgrt_nurbs_curve_data *data, size_t size);
+
+/* SGRT_E_INVALID_ARGUMENT  knots that decrease or are too few or too many (the message says how many), an inner knot more
+ *                          often than the degree, an end knot more often than degree + 1, an empty domain; fewer than
+ *                          degree + 1 control points, one that is not finite or beyond 1e5 mm; a weight out of range
+ * SGRT_E_LIMIT             a degree above 24, more than a million knots. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_create(const sgrt_nurbs_curve_data *data, sgrt_nurbs_curve **curve);
+/* nurbs.json, schema sgrt-nurbs/1; it need not end with NUL. SGRT_E_FORMAT  the message names the field.
+ * SGRT_E_LIMIT  above 16 MiB. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_from_json(const char *text, size_t size, sgrt_nurbs_curve **curve);
+/* centre + cos(t) x + sin(t) y, t from begin_rad to end_rad, at most one turn; domain [0, 1]. Exact: a circle where x and
+ * y are perpendicular and equally long, else an ellipse (A7.1). since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_arc(const double centre_mm[3], const double x_mm[3], const double y_mm[3],
+                                          double begin_rad, double end_rad, sgrt_nurbs_curve **curve);
+
+/* The parameter of a data point: equal steps, by chord length, by its square root. */
+enum { SGRT_PARAMETERS_UNIFORM = 0, SGRT_PARAMETERS_CHORD = 1, SGRT_PARAMETERS_CENTRIPETAL = 2 };
+/* The curve of `count` control points through N x 3 points (count = N or 0: A9.1), or the least-squares one that keeps
+ * the first and the last (A9.6). Domain [0, 1].
+ * SGRT_E_INSUFFICIENT_DATA  fewer than degree + 1 points
+ * SGRT_E_DEGENERATE         points that coincide, so that there is no such curve. *curve is not written. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_interpolate(const sgrt_view *points_mm, int32_t degree, int32_t count,
+                                                  int32_t parameters, sgrt_nurbs_curve **curve);
+SGRT_API void sgrt_nurbs_curve_free(sgrt_nurbs_curve *curve);
+
+typedef struct sgrt_nurbs_curve_info {
+  uint32_t struct_size;
+  int32_t degree;
+  int32_t count;    /* of control points */
+  int32_t rational; /* 0: all weights alike */
+  double domain[2];
+} sgrt_nurbs_curve_info;
+SGRT_API sgrt_status sgrt_nurbs_curve_summary(const sgrt_nurbs_curve *curve, sgrt_nurbs_curve_info *info);
+
+enum {
+  SGRT_NURBS_KNOTS_U = 1,        /* f64 */
+  SGRT_NURBS_KNOTS_V = 2,        /* f64, of a surface */
+  SGRT_NURBS_CONTROL_POINTS = 3, /* f64, N x 3; NU x NV x 3 of a surface; mm */
+  SGRT_NURBS_WEIGHTS = 4         /* f64, N; NU x NV of a surface; absent: all 1 */
+};
+SGRT_API sgrt_status sgrt_nurbs_curve_array(const sgrt_nurbs_curve *curve, int32_t field, sgrt_view *view);
+
+enum { SGRT_NURBS_JSON = 1 }; /* the file's text; reads back bit for bit */
+/* NULL for an unknown field. The text lives as long as the curve. since 0.1 */
+SGRT_API const char *sgrt_nurbs_curve_text(const sgrt_nurbs_curve *curve, int32_t field);
+
+/* A parameter outside the domain: an error, or the nearest end of the domain. */
+enum { SGRT_OUTSIDE_REFUSE = 0, SGRT_OUTSIDE_CLAMP = 1 };
+/* Points and derivatives (A4.2). u: N. derivatives: f64, N x (order + 1) x 3: C, C', C'' ...; order 0 to 24. At a knot
+ * the derivatives from the right; the domain's end belongs to its last span. Uses the context's threads, does not poll.
+ * SGRT_E_INVALID_ARGUMENT  NaN, u outside the domain unless clamped, order, outside. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_evaluate(sgrt_context *context, const sgrt_nurbs_curve *curve, const sgrt_view *u,
+                                               int32_t order, int32_t outside, const sgrt_mut_view *derivatives);
+/* The closest point of the curve to each of N x 3 points, over the whole curve (branch and bound, not only Newton). u,
+ * distance_mm, gap_mm: f64, N, any may be NULL. gap_mm: no point of the curve is nearer by more than this.
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_closest(sgrt_context *context, const sgrt_nurbs_curve *curve,
+                                              const sgrt_view *points_mm, const sgrt_mut_view *u,
+                                              const sgrt_mut_view *distance_mm, const sgrt_mut_view *gap_mm);
+/* Arc length from begin to end, to about 1e-13 of the curve's size; negative where end < begin. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_length(const sgrt_nurbs_curve *curve, double begin, double end, double *length_mm);
+
+/* Tools: the same shape in another form, to 1e-12 of its size. */
+/* Adds knots (A5.4), each at most to multiplicity degree. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_refine(const sgrt_nurbs_curve *curve, const sgrt_view *knots,
+                                             sgrt_nurbs_curve **result);
+/* Every inner knot to multiplicity degree, clamped (A5.6): control points i p to (i + 1) p are piece i. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_bezier(const sgrt_nurbs_curve *curve, sgrt_nurbs_curve **result);
+/* The part over [begin, end], clamped; twice it splits a curve. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_restrict(const sgrt_nurbs_curve *curve, double begin, double end,
+                                               sgrt_nurbs_curve **result);
+/* The degree raised by `times`; clamped (A5.9). since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_elevate(const sgrt_nurbs_curve *curve, int32_t times, sgrt_nurbs_curve **result);
+/* Removes the inner knot u, `times` times or as often as the curve moves by no more than tolerance_mm (A5.8). *count: how
+ * often; *bound_mm: the curve moved by no more than this anywhere; either may be NULL. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_remove_knot(const sgrt_nurbs_curve *curve, double u, int32_t times,
+                                                  double tolerance_mm, sgrt_nurbs_curve **result, int32_t *count,
+                                                  double *bound_mm);
+/* Lowers the degree by one where the curve moves by no more than tolerance_mm (A5.11); else *count is 0. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_reduce_degree(const sgrt_nurbs_curve *curve, double tolerance_mm,
+                                                    sgrt_nurbs_curve **result, int32_t *count, double *bound_mm);
+/* The same shape over [begin, end]; begin > end runs it backwards. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_reparameterise(const sgrt_nurbs_curve *curve, double begin, double end,
+                                                     sgrt_nurbs_curve **result);
+
+/* ------------------------------------------------------------------------------------------------- nurbs_surface */
+
+/* A non-uniform rational B-spline surface (eq. 10.4). Direction 0 is u, 1 is v. Immutable; tools give a new one. */
+typedef struct sgrt_nurbs_surface sgrt_nurbs_surface;
+
+typedef struct sgrt_nurbs_surface_data {
+  uint32_t struct_size;
+  int32_t degree_u, degree_v; /* 1 to 24; default 3 */
+  int32_t reserved;
+  sgrt_view knots_u, knots_v; /* NU + degree_u + 1, NV + degree_v + 1; absent: uniform, clamped, on [0, 1] */
+  sgrt_view control_points;   /* NU x NV x 3, mm */
+  sgrt_view weights;          /* NU x NV, above 0; absent: all 1 */
+} sgrt_nurbs_surface_data;
+SGRT_API sgrt_status sgrt_nurbs_surface_data_init(sgrt_nurbs_surface_data *data, size_t size);
+
+/* Errors as sgrt_nurbs_curve_create. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_create(const sgrt_nurbs_surface_data *data, sgrt_nurbs_surface **surface);
+/* As sgrt_nurbs_curve_from_json. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_from_json(const char *text, size_t size, sgrt_nurbs_surface **surface);
+/* The chapter's eight steps: the points of an organised surface without holes become the control points, knots by eq. 10.9
+ * and 10.10. It approximates: at degree 3 a cap of radius R sampled at pitch h is flattened by h^2 / (3 R). u runs along
+ * a row of the grid, v across the rows, turned so that normals stay outward where the surface carries some. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_chapter(const sgrt_surface *surface, int32_t degree_u, int32_t degree_v,
+                                                sgrt_nurbs_surface **result);
+/* Through NU x NV x 3 points (count 0 or as many as points: A9.4), or the least-squares surface of fewer control points
+ * (A9.7), in each direction. Errors as sgrt_nurbs_curve_interpolate. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_interpolate(const sgrt_view *points_mm, const int32_t degree[2],
+                                                    const int32_t count[2], int32_t parameters,
+                                                    sgrt_nurbs_surface **surface);
+/* The curve turned about an axis by at most one turn (A8.1): u in [0, 1] turns counter-clockwise, v runs along the
+ * curve. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_revolve(const sgrt_nurbs_curve *curve, const double axis_point_mm[3],
+                                                const double axis_direction[3], double angle_rad,
+                                                sgrt_nurbs_surface **surface);
+/* Exact quadrics with outward normals; the cylinder from base to base + axis, without caps. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_sphere(const double centre_mm[3], double radius_mm,
+                                               sgrt_nurbs_surface **surface);
+SGRT_API sgrt_status sgrt_nurbs_surface_cylinder(const double base_mm[3], const double axis_mm[3], double radius_mm,
+                                                 sgrt_nurbs_surface **surface);
+SGRT_API sgrt_status sgrt_nurbs_surface_torus(const double centre_mm[3], const double axis[3], double radius_mm,
+                                              double tube_radius_mm, sgrt_nurbs_surface **surface);
+SGRT_API void sgrt_nurbs_surface_free(sgrt_nurbs_surface *surface);
+
+typedef struct sgrt_nurbs_surface_info {
+  uint32_t struct_size;
+  int32_t rational; /* 0: all weights alike */
+  int32_t degree[2];
+  int32_t count[2]; /* NU, NV */
+  double domain_u[2], domain_v[2];
+} sgrt_nurbs_surface_info;
+SGRT_API sgrt_status sgrt_nurbs_surface_summary(const sgrt_nurbs_surface *surface, sgrt_nurbs_surface_info *info);
+SGRT_API sgrt_status sgrt_nurbs_surface_array(const sgrt_nurbs_surface *surface, int32_t field, sgrt_view *view);
+SGRT_API const char *sgrt_nurbs_surface_text(const sgrt_nurbs_surface *surface, int32_t field);
+
+/* Points and partial derivatives (A4.4) at N x 2 pairs (u, v). derivatives: f64, N x K x 3 with K = (order + 1)
+ * (order + 2) / 2: S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu ...; order 0 to 24. Otherwise as sgrt_nurbs_curve_evaluate.
+ * since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_evaluate(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                                 const sgrt_view *uv, int32_t order, int32_t outside,
+                                                 const sgrt_mut_view *derivatives);
+/* The same on the grid of u (NU) and v (NV): derivatives NU x NV x K x 3. Fastest with v sorted; the same bits as
+ * point by point. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_grid(sgrt_context *context, const sgrt_nurbs_surface *surface, const sgrt_view *u,
+                                             const sgrt_view *v, int32_t order, int32_t outside,
+                                             const sgrt_mut_view *derivatives);
+/* Unit normals S_u x S_v, f64, N x 3; at a pole or a degenerate edge their limit from inside, NaN where there is none.
+ * since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_normals(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                                const sgrt_view *uv, int32_t outside, const sgrt_mut_view *normals);
+/* As sgrt_nurbs_curve_closest; uv: N x 2. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_closest(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                                const sgrt_view *points_mm, const sgrt_mut_view *uv,
+                                                const sgrt_mut_view *distance_mm, const sgrt_mut_view *gap_mm);
+/* A mesh of triangles, with exact normals, that lies within chord_error_mm of the surface (a bound, not an estimate).
+ * SGRT_E_LIMIT  it would take more than 50 million points
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_mesh(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                             double chord_error_mm, sgrt_surface **mesh);
+
+/* Tools along one direction, as those of the curve. */
+SGRT_API sgrt_status sgrt_nurbs_surface_refine(const sgrt_nurbs_surface *surface, int32_t direction,
+                                               const sgrt_view *knots, sgrt_nurbs_surface **result);
+SGRT_API sgrt_status sgrt_nurbs_surface_bezier(const sgrt_nurbs_surface *surface, int32_t direction,
+                                               sgrt_nurbs_surface **result);
+SGRT_API sgrt_status sgrt_nurbs_surface_restrict(const sgrt_nurbs_surface *surface, int32_t direction, double begin,
+                                                 double end, sgrt_nurbs_surface **result);
+SGRT_API sgrt_status sgrt_nurbs_surface_elevate(const sgrt_nurbs_surface *surface, int32_t direction, int32_t times,
+                                                sgrt_nurbs_surface **result);
+SGRT_API sgrt_status sgrt_nurbs_surface_remove_knot(const sgrt_nurbs_surface *surface, int32_t direction, double u,
+                                                    int32_t times, double tolerance_mm, sgrt_nurbs_surface **result,
+                                                    int32_t *count, double *bound_mm);
+SGRT_API sgrt_status sgrt_nurbs_surface_reduce_degree(const sgrt_nurbs_surface *surface, int32_t direction,
+                                                      double tolerance_mm, sgrt_nurbs_surface **result, int32_t *count,
+                                                      double *bound_mm);
+SGRT_API sgrt_status sgrt_nurbs_surface_reparameterise(const sgrt_nurbs_surface *surface, int32_t direction,
+                                                       double begin, double end, sgrt_nurbs_surface **result);
 /* ----------------------------------------------------------------------------------------------------- nurbs_fit */
 
 /* A smooth surface through scattered points with noise, holes and outliers, and how sure it is: cubic tensor-product
@@ -547,17 +741,13 @@ SGRT_API sgrt_status sgrt_nurbs_fit_summary(const sgrt_nurbs_fit *fit, sgrt_nurb
 enum {
   SGRT_NURBS_FIT_RESIDUAL = 1,       /* f64, N or H x W as the surface: mm along the normal, positive outside; NaN where absent */
   SGRT_NURBS_FIT_WEIGHT = 2,         /* f64, like it: robust weight, 0 (outlier) to 1 */
-  SGRT_NURBS_FIT_PARAMETERS = 3,     /* f64, N x 2 or H x W x 2: u, v of each point */
-  SGRT_NURBS_FIT_KNOTS_U = 4,        /* f64, clamped on [0, 1] */
-  SGRT_NURBS_FIT_KNOTS_V = 5,
-  SGRT_NURBS_FIT_CONTROL_POINTS = 6  /* f64, nu x nv x 3, mm */
+  SGRT_NURBS_FIT_PARAMETERS = 3      /* f64, N x 2 or H x W x 2: u, v of each point */
 };
 /* Lends an array; it lives as long as the fit. SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
 SGRT_API sgrt_status sgrt_nurbs_fit_array(const sgrt_nurbs_fit *fit, int32_t field, sgrt_view *view);
 
-enum { SGRT_NURBS_FIT_JSON = 1 /* the surface, schema sgrt-nurbs/1 */ };
-/* Lends a text; NULL where fit is NULL or the field unknown. since 0.1 */
-SGRT_API const char *sgrt_nurbs_fit_text(const sgrt_nurbs_fit *fit, int32_t field);
+/* The fitted surface as a new handle, clamped on [0, 1] x [0, 1]; free both. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_surface(const sgrt_nurbs_fit *fit, sgrt_nurbs_surface **surface);
 
 /* What is wanted of N places; an array whose data is NULL is not. All f64. */
 typedef struct sgrt_nurbs_fit_samples {

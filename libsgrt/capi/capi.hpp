@@ -6,6 +6,7 @@
 #include <sgrt.h>
 
 #include <memory>
+#include <mutex>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -19,6 +20,8 @@
 #include "core/roi.hpp"
 #include "core/run.hpp"
 #include "core/surface.hpp"
+#include "nurbs/curve.hpp"
+#include "nurbs/evaluate.hpp"
 #include "nurbs/fit.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
@@ -54,9 +57,22 @@ struct sgrt_stereo_session {
   sgrt_stereo lent;
 };
 
+// The texts are written at the first wish for them.
+struct sgrt_nurbs_curve {
+  sgrt::NurbsCurve curve;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_nurbs_surface {
+  explicit sgrt_nurbs_surface(sgrt::NurbsSurface surface) : evaluator(std::move(surface)) {}
+  sgrt::SurfaceEvaluator evaluator;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
 struct sgrt_nurbs_fit {
   sgrt::NurbsFit fit;
-  std::string json;
 };
 
 struct sgrt_icp {

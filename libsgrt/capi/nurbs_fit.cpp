@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "capi/capi.hpp"
-#include "nurbs/nurbs_json.hpp"
 
 namespace sgrt {
 namespace {
@@ -76,10 +75,6 @@ sgrt_view array_of(const NurbsFit& f, std::int32_t field) {
   const auto beside = [&f](const Eigen::VectorXd& v) {
     return f.height > 0 ? lend(v.data(), SGRT_F64, {f.height, f.width}) : lend(v.data(), SGRT_F64, {v.size()});
   };
-  const auto knots = [&f](int k) {
-    const auto& U = f.surface.basis[k].knots;
-    return lend(U.data(), SGRT_F64, {static_cast<std::int64_t>(U.size())});
-  };
   switch (field) {
     case SGRT_NURBS_FIT_RESIDUAL:
       return beside(f.residual);
@@ -88,14 +83,8 @@ sgrt_view array_of(const NurbsFit& f, std::int32_t field) {
     case SGRT_NURBS_FIT_PARAMETERS:
       return f.height > 0 ? lend(f.parameters.data(), SGRT_F64, {f.height, f.width, 2})
                           : lend(f.parameters.data(), SGRT_F64, {f.parameters.rows(), 2});
-    case SGRT_NURBS_FIT_KNOTS_U:
-      return knots(0);
-    case SGRT_NURBS_FIT_KNOTS_V:
-      return knots(1);
-    case SGRT_NURBS_FIT_CONTROL_POINTS:
-      return lend(f.surface.points.data(), SGRT_F64, {f.surface.nu(), f.surface.nv(), 3});
     default:
-      refuse("field", std::to_string(field), "SGRT_NURBS_FIT_RESIDUAL (1) to SGRT_NURBS_FIT_CONTROL_POINTS (6)");
+      refuse("field", std::to_string(field), "SGRT_NURBS_FIT_RESIDUAL (1) to SGRT_NURBS_FIT_PARAMETERS (3)");
   }
 }
 
@@ -178,7 +167,6 @@ sgrt_status sgrt_nurbs_fit_create(sgrt_context* context, const sgrt_surface* sur
     const NurbsFitOptions o = from_c(read_struct(options, to_c(NurbsFitOptions{}), "options.struct_size"));
     auto handle = std::make_unique<sgrt_nurbs_fit>();
     handle->fit = fit_nurbs(run_of(context), *surface->surface, o);
-    handle->json = to_json(handle->fit.surface);
     *fit = handle.release();
   });
 }
@@ -204,8 +192,12 @@ sgrt_status sgrt_nurbs_fit_array(const sgrt_nurbs_fit* fit, int32_t field, sgrt_
   });
 }
 
-const char* sgrt_nurbs_fit_text(const sgrt_nurbs_fit* fit, int32_t field) {
-  return guard_text([&] { return fit && field == SGRT_NURBS_FIT_JSON ? fit->json.c_str() : nullptr; });
+sgrt_status sgrt_nurbs_fit_surface(const sgrt_nurbs_fit* fit, sgrt_nurbs_surface** surface) {
+  return guard([&] {
+    need(fit, "fit");
+    need(surface, "surface");
+    *surface = new sgrt_nurbs_surface(fit->fit.surface);
+  });
 }
 
 sgrt_status sgrt_nurbs_fit_samples_init(sgrt_nurbs_fit_samples* samples, size_t size) {

@@ -10,7 +10,7 @@
 namespace sgrt {
 namespace {
 
-const double kPi = std::acos(-1.0);
+constexpr double kPi = 3.14159265358979323846;
 
 struct Turn {
   int pieces;

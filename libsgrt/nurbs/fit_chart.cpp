@@ -69,16 +69,28 @@ Vec3 upwards(const Vec3& e) {
   return e(k) < 0 ? Vec3(-e) : e;
 }
 
-// u, v right-handed with e; v along the greater spread.
-Mat3 frame_about(const Vec3& e, const Sample& sample) {
-  const Mat3 flat = Mat3::Identity() - e * e.transpose();
-  const Mat3 spread = sample.axes * sample.variance.asDiagonal() * sample.axes.transpose();
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(flat * spread * flat);
-  Mat3 axes;
-  axes.col(2) = e;
-  axes.col(1) = upwards((flat * eigen.eigenvectors().col(2)).normalized());
-  axes.col(0) = axes.col(1).cross(e);
-  return axes;
+// u, v right-handed with e, so turned that the smallest rectangle holds the points; v along its longer side.
+Mat3 frame_about(const Surface& s, const Vec3& e, const Sample& sample) {
+  constexpr int kTurns = 36;
+  const Vec3 start = Vec3(std::abs(e.x()) < 0.9 ? Vec3(Vec3::UnitX()) : Vec3(Vec3::UnitY())).cross(e).normalized();
+  Mat3 best;
+  double least = std::numeric_limits<double>::infinity();
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const double angle = 0.5 * kPi * turn / kTurns;
+    const Vec3 x = std::cos(angle) * start + std::sin(angle) * e.cross(start), y = e.cross(x);
+    double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
+    for (const auto i : sample.index) {
+      const double p[2] = {x.dot(s.point(i)), y.dot(s.point(i))};
+      for (int k = 0; k < 2; ++k) low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
+    }
+    const double a = high[0] - low[0], b = high[1] - low[1];
+    if (!(a * b < (1 - 1e-9) * least)) continue;
+    least = a * b;
+    best.col(1) = upwards(a > b ? x : y);
+  }
+  best.col(2) = e;
+  best.col(0) = best.col(1).cross(e);
+  return best;
 }
 
 Chart plane_chart(const Surface& s, const Sample& sample, const std::optional<Vec3>& axis) {
@@ -86,7 +98,7 @@ Chart plane_chart(const Surface& s, const Sample& sample, const std::optional<Ve
   Chart c;
   c.kind = FitChart::kPlane;
   c.origin = sample.mean;
-  c.axes = frame_about(axis ? *axis : normal ? *normal : upwards(sample.axes.col(0)), sample);
+  c.axes = frame_about(s, axis ? *axis : normal ? *normal : upwards(sample.axes.col(0)), sample);
   return c;
 }
 
@@ -198,7 +210,7 @@ Chart sphere_chart(const Surface& s, const Sample& sample) {
   c.radius = r.radius;
   Vec3 sum = Vec3::Zero();
   for (const auto i : sample.index) sum += (s.point(i) - c.origin).normalized();
-  c.axes = frame_about(sum.norm() > 0 ? Vec3(sum.normalized()) : Vec3(Vec3::UnitZ()), sample);
+  c.axes = frame_about(s, sum.norm() > 0 ? Vec3(sum.normalized()) : Vec3(Vec3::UnitZ()), sample);
   return c;
 }
 

@@ -250,7 +250,9 @@ ClosestPoint ClosestFinder::operator()(const Vec3& x) const {
                                  : std::move(nodes[static_cast<std::size_t>(top.node - count)]);
     if (top.node < count && lower_bound_of(node.points, x) >= best.distance - tolerance) continue;
     const double u = 0.5 * (node.u0 + node.u1), v = 0.5 * (node.v0 + node.v1);
-    if (node.depth <= 6) d.newton(x, u, v, best);
+    Foot centre{u, v, 0, {}};
+    look(*d.evaluator, x, centre);
+    if (node.depth % 4 == 0 || centre.f < best.distance * best.distance) d.newton(x, u, v, best);
     ++node.depth;
     Node second = node;
     if (d.curve || length_along(node.points, d.p, d.q, true) >= length_along(node.points, d.p, d.q, false)) {

@@ -83,6 +83,7 @@ static void test_wave(void) {
   const sgrt_view at = sgrt_view_of(uv, SGRT_F64, kSamples, 2, 0), foot = sgrt_view_of(x, SGRT_F64, kSamples, 3, 0);
   const sgrt_mut_view found = sgrt_mut_view_of(back, SGRT_F64, kSamples, 2, 0);
   sgrt_nurbs_fit* fit = NULL;
+  sgrt_nurbs_surface* nurbs = NULL;
   sgrt_nurbs_fit_info info;
   sgrt_nurbs_fit_samples s;
   sgrt_view view;
@@ -123,14 +124,9 @@ static void test_wave(void) {
   CHECK(view.shape[0] == kPoints && fabs(((const double*)view.data)[0]) > 4);
   CHECK_OK(sgrt_nurbs_fit_array(fit, SGRT_NURBS_FIT_PARAMETERS, &view));
   CHECK(view.ndim == 2 && view.shape[1] == 2);
-  CHECK_OK(sgrt_nurbs_fit_array(fit, SGRT_NURBS_FIT_CONTROL_POINTS, &view));
-  CHECK(view.shape[0] == info.control_points[0] && view.shape[1] == info.control_points[1] && view.shape[2] == 3);
-  CHECK_OK(sgrt_nurbs_fit_array(fit, SGRT_NURBS_FIT_KNOTS_U, &view));
-  CHECK(view.shape[0] == info.control_points[0] + 4);
-  CHECK_OK(sgrt_nurbs_fit_array(fit, SGRT_NURBS_FIT_KNOTS_V, &view));
-  CHECK(view.shape[0] == info.control_points[1] + 4);
-  CHECK(strstr(sgrt_nurbs_fit_text(fit, SGRT_NURBS_FIT_JSON), "sgrt-nurbs/1") != NULL);
-  CHECK(sgrt_nurbs_fit_text(fit, 2) == NULL && sgrt_nurbs_fit_text(NULL, 1) == NULL);
+  CHECK_OK(sgrt_nurbs_fit_surface(fit, &nurbs));
+  CHECK(strstr(sgrt_nurbs_surface_text(nurbs, SGRT_NURBS_JSON), "sgrt-nurbs/1") != NULL);
+  sgrt_nurbs_surface_free(nurbs);
   sgrt_nurbs_fit_free(fit);
   sgrt_surface_free(surface);
 }
@@ -138,6 +134,7 @@ static void test_wave(void) {
 static void test_threads(void) {
   sgrt_surface* surface = surface_of(wave_points, kPoints);
   sgrt_nurbs_fit *one = NULL, *many = NULL;
+  sgrt_nurbs_surface *a = NULL, *b = NULL;
   sgrt_context_options o;
   sgrt_context* context = NULL;
   CHECK_OK(sgrt_context_options_init(&o, sizeof o));
@@ -145,7 +142,11 @@ static void test_threads(void) {
   CHECK_OK(sgrt_context_create(&o, &context));
   CHECK_OK(sgrt_nurbs_fit_create(NULL, surface, NULL, &one));
   CHECK_OK(sgrt_nurbs_fit_create(context, surface, NULL, &many));
-  CHECK(!strcmp(sgrt_nurbs_fit_text(one, SGRT_NURBS_FIT_JSON), sgrt_nurbs_fit_text(many, SGRT_NURBS_FIT_JSON)));
+  CHECK_OK(sgrt_nurbs_fit_surface(one, &a));
+  CHECK_OK(sgrt_nurbs_fit_surface(many, &b));
+  CHECK(!strcmp(sgrt_nurbs_surface_text(a, SGRT_NURBS_JSON), sgrt_nurbs_surface_text(b, SGRT_NURBS_JSON)));
+  sgrt_nurbs_surface_free(a);
+  sgrt_nurbs_surface_free(b);
   sgrt_nurbs_fit_free(one);
   sgrt_nurbs_fit_free(many);
   sgrt_context_free(context);
@@ -164,6 +165,7 @@ static void test_bad_arguments(void) {
   sgrt_surface *surface = surface_of(wave_points, kPoints), *few = surface_of(wave_points, 15), *thin;
   sgrt_nurbs_fit* const canary = (sgrt_nurbs_fit*)(void*)uv;
   sgrt_nurbs_fit* fit = canary;
+  sgrt_nurbs_surface* nurbs = NULL;
   sgrt_nurbs_fit_options o;
   sgrt_nurbs_fit_info info;
   sgrt_nurbs_fit_samples s;
@@ -194,7 +196,9 @@ static void test_bad_arguments(void) {
   CHECK_INVALID(sgrt_nurbs_fit_summary(fit, &info), "info.struct_size: 4");
   CHECK_INVALID(sgrt_nurbs_fit_summary(fit, NULL), "info: NULL");
   CHECK_INVALID(sgrt_nurbs_fit_summary(NULL, &info), "fit: NULL");
-  CHECK_INVALID(sgrt_nurbs_fit_array(fit, 7, &view), "field: 7");
+  CHECK_INVALID(sgrt_nurbs_fit_array(fit, 4, &view), "field: 4");
+  CHECK_INVALID(sgrt_nurbs_fit_surface(fit, NULL), "surface: NULL");
+  CHECK_INVALID(sgrt_nurbs_fit_surface(NULL, &nurbs), "fit: NULL");
   CHECK_INVALID(sgrt_nurbs_fit_array(fit, 1, NULL), "view: NULL");
   CHECK_INVALID(sgrt_nurbs_fit_array(NULL, 1, &view), "fit: NULL");
   CHECK_OK(sgrt_nurbs_fit_samples_init(&s, sizeof s));

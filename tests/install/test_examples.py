@@ -1,6 +1,7 @@
 """Every example is compiled (against an installation) and run; each ends well and prints something."""
 
 import os
+import re
 import sys
 
 import pytest
@@ -27,5 +28,8 @@ def test_python(source, tmp_path):
 def check_output(source, output):
     if source.stem.endswith("_register"):
         check_six_numbers(output)
+    elif source.stem.endswith("_stereo"):
+        found = re.findall(r"true +([-+\d.]+)  measured +([-+\d.]+)", output)
+        assert len(found) == 7 and all(float(true) == pytest.approx(float(x), abs=0.05) for true, x in found), output
     else:
         assert output.strip()

@@ -58,14 +58,13 @@ def test_nearest_and_arrays(fit):
     assert fit.nearest(at.points + 2 * at.normals) == pytest.approx(places(), abs=1e-7)
     assert fit.residual_mm.shape == fit.weight.shape == (3000,)
     assert fit.parameters.shape == (3000, 2)
-    nu, nv, _ = fit.control_points.shape
-    assert (len(fit.knots_u), len(fit.knots_v)) == (nu + 4, nv + 4)
+    nu, nv, _ = fit.surface.control_points.shape
     with pytest.raises(ValueError, match="read-only"):
         fit.weight[0] = 0
-    document = json.loads(fit.to_json())
+    document = json.loads(fit.surface.to_json())
     assert document["schema"] == "sgrt-nurbs/1"
     assert document["size"] == [nu, nv]
-    assert np.array_equal(np.reshape(document["control_points"], (nu, nv, 3)), fit.control_points)
+    assert np.array_equal(np.reshape(document["control_points"], (nu, nv, 3)), fit.surface.control_points)
 
 
 def test_planes_come_back():

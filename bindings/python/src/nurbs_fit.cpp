@@ -56,6 +56,12 @@ Doubles array_of(const NurbsFit& f, int32_t field) {
   return lend<double>(view, base).value();
 }
 
+Nurbs surface_of(const NurbsFit& f) {
+  Nurbs surface;
+  run([&] { return sgrt_nurbs_fit_surface(f.handle.get(), out(surface.handle)); });
+  return surface;
+}
+
 Samples evaluate(const NurbsFit& f, const ArrayLike& uv, Context* context) {
   const InView at(uv, "uv", Accept::kFloats);
   const py::ssize_t n = at.view.ndim > 0 ? static_cast<py::ssize_t>(at.view.shape[0]) : 0;
@@ -124,7 +130,7 @@ C: sgrt_nurbs_fit_samples)")
   py::class_<NurbsFit>(m, "NurbsFit",
                        R"(A fitted surface. Immutable.
 
-C: sgrt_nurbs_fit_summary, sgrt_nurbs_fit_array, sgrt_nurbs_fit_text)")
+C: sgrt_nurbs_fit_summary, sgrt_nurbs_fit_array, sgrt_nurbs_fit_surface)")
       .def_property_readonly(
           "chart", [](const NurbsFit& f) { return std::string(kCharts[f.info.chart]); },
           "The chart that was used: 'plane', ...")
@@ -158,17 +164,7 @@ C: sgrt_nurbs_fit_summary, sgrt_nurbs_fit_array, sgrt_nurbs_fit_text)")
       .def_property_readonly(
           "parameters", [](const NurbsFit& f) { return array_of(f, SGRT_NURBS_FIT_PARAMETERS); },
           "N x 2 or H x W x 2: u, v of each point.")
-      .def_property_readonly(
-          "knots_u", [](const NurbsFit& f) { return array_of(f, SGRT_NURBS_FIT_KNOTS_U); }, "Clamped on [0, 1].")
-      .def_property_readonly(
-          "knots_v", [](const NurbsFit& f) { return array_of(f, SGRT_NURBS_FIT_KNOTS_V); }, "Clamped on [0, 1].")
-      .def_property_readonly(
-          "control_points", [](const NurbsFit& f) { return array_of(f, SGRT_NURBS_FIT_CONTROL_POINTS); },
-          "nu x nv x 3, mm.")
-      .def(
-          "to_json",
-          [](const NurbsFit& f) { return std::string(sgrt_nurbs_fit_text(f.handle.get(), SGRT_NURBS_FIT_JSON)); },
-          "The surface as JSON, schema sgrt-nurbs/1.\n\nC: sgrt_nurbs_fit_text")
+      .def_property_readonly("surface", &surface_of, "The fitted NurbsSurface, clamped on [0, 1] x [0, 1].")
       .def("evaluate", &evaluate, py::arg("uv"), py::kw_only(), py::arg("context") = none,
            R"(The surface and its posterior at parameters uv (N x 2, each in [0, 1]): NurbsFitSamples.
 

@@ -9,8 +9,7 @@ import click
 
 from .._core import NurbsFit, nurbs_fit
 from ..errors import Error
-from ..io import read_surface
-from ..io._files import writing
+from ..io import read_surface, write_nurbs
 from ._common import FILE, Stopwatch, about, check_out, common, print_json, working
 
 
@@ -27,7 +26,7 @@ def _describe(fit: NurbsFit) -> dict[str, Any]:
         "conversion_error_mm",
     )
     found = {name.rstrip("_"): getattr(fit, name) for name in names}
-    return found | {"size": list(fit.control_points.shape[:2])}
+    return found | {"size": list(fit.surface.control_points.shape[:2])}
 
 
 @click.command("fit", epilog="Example: sgrt fit surface.ply --out nurbs.json")
@@ -76,8 +75,7 @@ def command(
         if as_json and 10 <= error.status < 20:
             print_json({"status": error.word, "nurbs": None, "timing_ms": watch.ms()})
         raise
-    with writing(out) as stream:
-        stream.write(found.to_json().encode())
+    write_nurbs(out, found.surface)
     described = _describe(found)
     if as_json:
         print_json({"status": "ok", "nurbs": str(out)} | described | {"timing_ms": watch.ms()})

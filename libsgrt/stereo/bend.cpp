@@ -1,0 +1,63 @@
+#include "stereo/bend.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sgrt {
+namespace {
+
+constexpr int kReach = 8;  // px round a window in which its curvature is sought
+
+int reach_of(int stride) {
+  return std::max(1, (kReach + stride / 2) / stride);
+}
+
+}  // namespace
+
+bool curvature_at(const Grid& grid, const MatchField& field, std::int64_t k, kernels::RowMatch& match) {
+  const int reach = reach_of(grid.stride);
+  const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
+  const kernels::RowMatch& own = field.matches[k];
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, sa = 0, sb = 0, sax = 0, say = 0, sbx = 0, sby = 0;
+  for (int j = std::max(row - reach, 0); j <= std::min(row + reach, grid.height - 1); ++j)
+    for (int i = std::max(column - reach, 0); i <= std::min(column + reach, grid.width - 1); ++i) {
+      const std::int64_t q = static_cast<std::int64_t>(j) * grid.width + i;
+      if (field.reason[q] != Reason::kNone) continue;
+      const kernels::RowMatch& m = field.matches[q];
+      const double x = (i - column) * grid.stride, y = (j - row) * grid.stride;
+      if (std::abs(own.d + own.a * x + own.b * y - m.d) > 1) continue;  // another surface
+      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y;
+      sa += m.a, sb += m.b, sax += m.a * x, say += m.a * y, sbx += m.b * x, sby += m.b * y;
+    }
+  if (n < 6) return false;
+  const double xx = sxx - sx * sx / n, xy = sxy - sx * sy / n, yy = syy - sy * sy / n, det = xx * yy - xy * xy;
+  if (!(det > 0.1 * xx * yy)) return false;
+  const double ax = sax - sa * sx / n, ay = say - sa * sy / n, bx = sbx - sb * sx / n, by = sby - sb * sy / n;
+  const double a_x = (yy * ax - xy * ay) / det, a_y = (xx * ay - xy * ax) / det;
+  const double b_x = (yy * bx - xy * by) / det, b_y = (xx * by - xy * bx) / det;
+  match.c20 = static_cast<float>(a_x / 2), match.c02 = static_cast<float>(b_y / 2);
+  match.c11 = static_cast<float>((a_y + b_x) / 2);
+  return true;
+}
+
+double bending_gain(int window, int stride) {
+  const int half = window / 2, reach = reach_of(stride), rim = reach * stride + half, side = 2 * rim + 1;
+  const double n = window * window;
+  double sxx = 0;
+  for (int u = -reach; u <= reach; ++u) sxx += (2 * reach + 1) * static_cast<double>(u * stride) * (u * stride);
+  // The weight of each pixel's noise in d - m2 (c20 + c02): its own window's mean, and the slopes of all around.
+  std::vector<double> weight(static_cast<std::size_t>(side) * side, 0.0);
+  for (int v = -reach; v <= reach; ++v)
+    for (int u = -reach; u <= reach; ++u)
+      for (int j = -half; j <= half; ++j)
+        for (int i = -half; i <= half; ++i) {
+          double& w = weight[static_cast<std::size_t>(v * stride + j + rim) * side + u * stride + i + rim];
+          if (u == 0 && v == 0) w += 1 / n;
+          w -= (u * i + v * j) * stride / (2 * sxx * n);
+        }
+  double gain = 0;
+  for (const double w : weight) gain += w * w * n;
+  return gain;
+}
+
+}  // namespace sgrt

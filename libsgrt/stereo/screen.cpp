@@ -1,0 +1,122 @@
+#include "stereo/screen.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.hpp"
+
+namespace sgrt {
+namespace {
+
+using kernels::RowMatch;
+constexpr int kBlock = 2048;  // grid points
+
+Reason explain(const kernels::Plane& image, int x0, int y0, int half, double noise) {
+  if (x0 < half || y0 < half || x0 + half >= image.width || y0 + half >= image.height) return Reason::kOutOfView;
+  double n = 0, sum = 0, square = 0, clipped = 0, outside = 0;
+  for (int y = y0 - half; y <= y0 + half; ++y)
+    for (int x = x0 - half; x <= x0 + half; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * image.width + x;
+      const auto mask = static_cast<Reason>(image.mask[i]);
+      const double g = image.value[i];
+      n += 1, sum += g, square += g * g;
+      clipped += mask == Reason::kSaturated, outside += mask == Reason::kOutOfView;
+    }
+  if (outside > 0) return Reason::kOutOfView;
+  if (clipped > 0.4 * n) return Reason::kSaturated;
+  // Contrast of less than twice the noise is no texture; without any match there is no noise to compare with.
+  const double variance = (square - sum * sum / n) / n;
+  return variance <= 4 * noise || !(variance > 1e-9 * square / n) ? Reason::kNoTexture : Reason::kNoMatch;
+}
+
+}  // namespace
+
+void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& options, MatchField& field) {
+  const int reach = std::max(1, (options.window / 2 + grid.stride / 2) / grid.stride);
+  const double side = options.window, second_moment = (side * side - 1) / 12;
+  field.labels.assign(grid.size(), 0);
+  parallel_for(
+      run, grid.size(), kBlock,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k) {
+          if (field.reason[k] != Reason::kNone) continue;
+          RowMatch& own = field.matches[k];
+          const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
+          int asked = 0, solved = 0;
+          double sum = 0, expected = 0;
+          for (int j = row - reach; j <= row + reach; ++j)
+            for (int i = column - reach; i <= column + reach; ++i) {
+              ++asked;
+              if (i < 0 || j < 0 || i >= grid.width || j >= grid.height) continue;
+              const std::int64_t q = static_cast<std::int64_t>(j) * grid.width + i;
+              if (field.reason[q] != Reason::kNone) continue;
+              const RowMatch& m = field.matches[q];
+              const double x = (i - column) * grid.stride, y = (j - row) * grid.stride;
+              const double off =
+                  own.d + own.a * x + own.b * y + own.c20 * x * x + own.c11 * x * y + own.c02 * y * y - m.d;
+              if (std::abs(off) > 1) continue;
+              ++solved;
+              // Noise alone: windows that overlap by rho share it, and the slopes carry theirs outwards (eq. 13).
+              const double rho = std::max(0.0, 1 - std::abs(x) / side) * std::max(0.0, 1 - std::abs(y) / side);
+              sum += off * off;
+              expected += variance_of_noise(m) * (1 - rho) * (2 + (x * x + y * y) / second_moment);
+            }
+          if (4 * solved < 3 * asked) field.labels[k] = 1;
+          field.bent[k].bias2 = static_cast<float>(std::max(0.0, (sum - 2 * expected) / std::max(1, solved)));
+        }
+      },
+      "checking");
+  for (std::int64_t k = 0; k < grid.size(); ++k) {
+    if (field.reason[k] != Reason::kNone) continue;
+    field.matches[k].bias2 = field.bent[k].bias2;
+    if (field.labels[k] != 0 || !(sigma_of(field.matches[k]) <= options.max_sigma)) field.reason[k] = Reason::kEdge;
+  }
+}
+
+void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& field) {
+  field.labels.assign(grid.size(), 0);
+  for (std::int64_t start = 0; start < grid.size(); ++start) {
+    if (field.reason[start] != Reason::kNone || field.labels[start] != 0) continue;
+    field.wave.assign(1, start);
+    field.labels[start] = 1;
+    for (std::size_t next = 0; next < field.wave.size(); ++next) {
+      const std::int64_t k = field.wave[next];
+      const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
+      const auto visit = [&](int i, int j) {
+        if (i < 0 || j < 0 || i >= grid.width || j >= grid.height) return;
+        const std::int64_t n = static_cast<std::int64_t>(j) * grid.width + i;
+        if (field.reason[n] != Reason::kNone || field.labels[n] != 0) return;
+        const RowMatch carried = extrapolate(field.matches[k], grid.x(n) - grid.x(k), grid.y(n) - grid.y(k));
+        if (std::abs(carried.d - field.matches[n].d) > 1) return;
+        field.labels[n] = 1;
+        field.wave.push_back(n);
+      };
+      visit(column - 1, row), visit(column + 1, row), visit(column, row - 1), visit(column, row + 1);
+    }
+    if (static_cast<int>(field.wave.size()) >= options.min_component) continue;
+    for (std::int64_t k : field.wave) field.reason[k] = Reason::kAmbiguous;
+  }
+}
+
+void explain_unmatched(const Run& run, const kernels::Plane& left, const Grid& grid, const StereoOptions& options,
+                       MatchField& field) {
+  std::vector<float>& noise = field.noise;
+  noise.clear();
+  for (std::int64_t k = 0; k < grid.size(); ++k)
+    if (field.reason[k] == Reason::kNone) noise.push_back(field.matches[k].noise);
+  double typical = 0;  // of one image
+  if (!noise.empty()) {
+    std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
+    typical = noise[noise.size() / 2] / 2;
+  }
+  parallel_for(
+      run, grid.size(), kBlock,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k)
+          if (field.reason[k] == Reason::kNoMatch)
+            field.reason[k] = explain(left, grid.x(k), grid.y(k), options.window / 2, typical);
+      },
+      "checking");
+}
+
+}  // namespace sgrt

@@ -1,0 +1,21 @@
+// What is not trusted among the matches, and why the others are missing. docs/theory/stereo.md, "Folds and edges".
+#pragma once
+
+#include "core/run.hpp"
+#include "stereo/field.hpp"
+
+namespace sgrt {
+
+// What the quadratic leaves unexplained of the neighbourhood, beyond twice the noise, is the bias that a window may
+// have there: it joins the sigma. A window of which a quarter has no surface straddles an edge: both sides' speckle
+// pulls at it.
+void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& options, MatchField& field);
+
+// Connected groups (neighbours whose planes agree) smaller than min_component are ambiguous.
+void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& field);
+
+// What kept an unmatched window from matching, as far as the left image tells.
+void explain_unmatched(const Run& run, const kernels::Plane& left, const Grid& grid, const StereoOptions& options,
+                       MatchField& field);
+
+}  // namespace sgrt
