@@ -38,6 +38,26 @@ double worst_difference(const NurbsFit& fit) {
   return worst;
 }
 
+// With few points a cell, one may be empty by chance, and a stray outlier may fill one: a cell goes with its
+// neighbours.
+std::vector<char> majority(const FitGrid& g, const std::vector<char>& full) {
+  std::vector<char> out(full.size());
+  for (int j = 0; j < g.cells_v; ++j) {
+    for (int i = 0; i < g.cells_u; ++i) {
+      int near = 0;
+      for (int y = std::max(0, j - 1); y <= std::min(g.cells_v - 1, j + 1); ++y) {
+        for (int x = i - 1; x <= i + 1; ++x) {
+          const int k = g.periodic ? (x + g.cells_u) % g.cells_u : x;
+          if (k >= 0 && k < g.cells_u && (k != i || y != j)) near += full[static_cast<std::size_t>(y) * g.cells_u + k];
+        }
+      }
+      const std::size_t c = static_cast<std::size_t>(j) * g.cells_u + i;
+      out[c] = full[c] ? near >= 3 : near >= 5;
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 Vec3 model_point(const NurbsFit& fit, double u, double v) {
@@ -111,12 +131,17 @@ void mark_occupied(NurbsFit& fit, const FitPoints& p, const std::vector<double>&
   const double a_cell = static_cast<double>(p.size()) / static_cast<double>(std::max<std::int64_t>(1, used));
   const int bins = std::clamp(static_cast<int>(std::sqrt(a_cell / kPointsPerBin)), 1, kMaxBins);
   std::vector<double> have(static_cast<std::size_t>(g.size()), 0.0), all = have;
+  std::vector<char> cell_full(static_cast<std::size_t>(cells), 0);
+  for (std::int64_t c = 0; c < cells; ++c)
+    for (std::int64_t k = p.cell_begin[c]; k < p.cell_begin[c + 1]; ++k) cell_full[c] |= robust[k] > 0;
+  if (bins == 1) cell_full = majority(g, cell_full);
   for (std::int64_t c = 0; c < cells; ++c) {
     bool full[kMaxBins][kMaxBins] = {};
     for (std::int64_t k = p.cell_begin[c]; k < p.cell_begin[c + 1]; ++k)
       if (robust[k] > 0)
         full[std::clamp(static_cast<int>(p.tv[k] * bins), 0, bins - 1)]
             [std::clamp(static_cast<int>(p.tu[k] * bins), 0, bins - 1)] = true;
+    if (bins == 1) full[0][0] = cell_full[c];
     int at[16];
     cell_indices(g, c, at);
     for (int y = 0; y < bins; ++y) {
