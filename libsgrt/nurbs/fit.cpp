@@ -178,6 +178,7 @@ class Iteration {
   }
 
   void robust() {
+    lonely_ = lonely(smoother_.grid, s_.points);
     step(Robust::kNone, 0);
     for (int i = 0; i + 1 < kHuberSteps; ++i) step(Robust::kHuber, 0);
     step(Robust::kHuber, kWide);
@@ -200,6 +201,10 @@ class Iteration {
       s_.count = static_cast<double>(s_.points.size()) / correlation_;
     } else {
       s_.count = reweigh(s_.points, s_.residuals, how, s_.scale, o_.tukey, correlation_, s_.robust);
+    }
+    for (const std::size_t k : lonely_) {
+      s_.count -= s_.robust[k] / correlation_;
+      s_.robust[k] = s_.points.weight[k] = 0;
     }
     normal_ = normal_equations(smoother_.run, smoother_.grid, s_.points);
     search(searched);
@@ -236,6 +241,7 @@ class Iteration {
   State& s_;
   Smoother smoother_;
   Normal normal_;
+  std::vector<std::size_t> lonely_;
 };
 
 // Sigma of the data beyond what they claim, from the residuals; the posterior's scale.

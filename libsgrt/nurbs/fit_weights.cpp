@@ -76,6 +76,35 @@ void residuals(const Run& run, const Chart& chart, const FitGrid& grid, const Fi
       "residuals");
 }
 
+std::vector<std::size_t> lonely(const FitGrid& g, const FitPoints& p) {
+  constexpr double kLonely = 1.0 / 7;
+  const auto count = [&](int i, int j) {
+    const std::int64_t c = static_cast<std::int64_t>(j) * g.cells_u + i;
+    return p.cell_begin[c + 1] - p.cell_begin[c];
+  };
+  std::vector<std::int64_t> about, of_points;
+  for (int j = 0; j < g.cells_v; ++j) {
+    for (int i = 0; i < g.cells_u; ++i) {
+      std::int64_t sum = 0;
+      for (int y = std::max(0, j - 1); y <= std::min(g.cells_v - 1, j + 1); ++y) {
+        for (int x = i - 1; x <= i + 1; ++x) {
+          const int k = g.periodic ? (x + g.cells_u) % g.cells_u : x;
+          if (k >= 0 && k < g.cells_u) sum += count(k, y);
+        }
+      }
+      about.push_back(sum);
+      of_points.insert(of_points.end(), static_cast<std::size_t>(count(i, j)), sum);
+    }
+  }
+  std::vector<std::size_t> found;
+  const auto middle = of_points.begin() + static_cast<std::ptrdiff_t>(of_points.size() / 2);
+  std::nth_element(of_points.begin(), middle, of_points.end());
+  for (std::size_t c = 0; c < about.size(); ++c)
+    if (static_cast<double>(about[c]) < kLonely * static_cast<double>(*middle))
+      for (std::int64_t k = p.cell_begin[c]; k < p.cell_begin[c + 1]; ++k) found.push_back(static_cast<std::size_t>(k));
+  return found;
+}
+
 double mad(const Residuals& r, const std::vector<double>& robust) {
   std::vector<double> a;
   a.reserve(r.z.size());

@@ -23,6 +23,10 @@ void residuals(const Run& run, const Chart& chart, const FitGrid& grid, const Fi
 // 1.4826 x the median of |z| over the points with robust[k] > 0.
 double mad(const Residuals& residuals, const std::vector<double>& robust);
 
+// Points of cells about which (3 x 3 cells) there are less than a seventh as many as about the median point: strays
+// that no good point contradicts, in a hole or beyond the border. Rows of `points`.
+std::vector<std::size_t> lonely(const FitGrid& grid, const FitPoints& points);
+
 enum class Robust { kNone, kHuber, kTukey };
 
 // robust[k] from z, and points.weight = precision x cosine^2 x robust. Returns the number of samples that count.
