@@ -697,7 +697,7 @@ typedef struct sgrt_nurbs_fit_options {
   int32_t smoothing;          /* SGRT_NURBS_SMOOTHING_...; default REML */
   int32_t robust;             /* 0: least squares; 1: outliers do not count. Default 1 */
   int32_t control_points[2];  /* in u and v, 4 to 2000 (round a closed body 8); 0: from the density. Default 0, 0 */
-  int32_t max_control_points; /* in all, where they are chosen, 16 to 100,000; default 4096 */
+  int32_t max_control_points; /* in all, where they are chosen, 16 to 100,000; default 10,000 */
   int32_t reserved;
   double axis[3];             /* of the height field (outward) or the cylinder; 0 0 0: estimated. Default 0 0 0 */
   double lambda;              /* of SMOOTHING_GIVEN: weight of the bending energy against sum (r / sigma)^2, >= 0; default 1 */

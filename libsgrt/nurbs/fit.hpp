@@ -23,7 +23,7 @@ struct NurbsFitOptions {
   bool robust = true;
   std::optional<Vec3> axis;        // of the height field or the cylinder; need not be unit
   int control_points[2] = {0, 0};  // in u and v; 0: from the density of the points
-  int max_control_points = 4096;   // in all, where they are chosen
+  int max_control_points = 10000;  // in all, where they are chosen
   double lambda = 1;               // weight of the bending energy where it is given
   double tukey = 4.685;            // residuals beyond this many sigma do not count
 };
