@@ -2,6 +2,8 @@
 // ...] (v fastest), "weights": [...]}; a curve has one of each; without weights they are 1.
 #include "nurbs/nurbs_json.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "core/strict_json.inl"
 
 namespace sgrt {
