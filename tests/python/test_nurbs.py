@@ -77,6 +77,9 @@ def test_shapes_and_broadcasting(surface):
     out = np.empty((7, 6, 6, 3))
     assert surface.grid(7, 6, 2, out=out) is out
     assert np.array_equal(out, surface.derivatives(u[:, None], v, 2))
+    flat = np.empty((3, 6, 3))
+    assert surface.derivatives([0, 0.5, 1], [0, 0.5, 1], out=flat) is flat
+    assert np.array_equal(flat, surface.derivatives([0, 0.5, 1], [0, 0.5, 1]))
     wide = np.empty((7, 6, 4))
     surface.grid(7, 6, out=wide[:, :, :3])
     assert np.array_equal(wide[:, :, :3], grid)

@@ -276,17 +276,21 @@ std::optional<Doubles> surface_array(const py::object& self, int32_t field) {
 }
 
 Doubles surface_derivatives(const Nurbs& surface, const ArrayLike& u, const ArrayLike& v, int32_t order, bool clamp,
-                            Context* context) {
+                            const std::optional<py::array>& given, Context* context) {
   const ParameterArray at({u, v}, "u, v");
-  return filled(at.count(), {derivative_count(order), 3}, at.shape, [&](const sgrt_mut_view& view) {
+  const auto fill = [&](const sgrt_mut_view& view) {
     run(context, [&](sgrt_context* c) {
       return sgrt_nurbs_surface_evaluate(c, surface.handle.get(), &at.flat.view, order, outside_of(clamp), &view);
     });
-  });
+  };
+  if (!given) return filled(at.count(), {derivative_count(order), 3}, at.shape, fill);
+  py::array mine = *given;
+  fill(out_view(mine, "out", SGRT_F64));
+  return py::reinterpret_borrow<Doubles>(mine);
 }
 
 Doubles surface_points(const Nurbs& surface, const ArrayLike& u, const ArrayLike& v, bool clamp, Context* context) {
-  const Doubles all = surface_derivatives(surface, u, v, 0, clamp, context);
+  const Doubles all = surface_derivatives(surface, u, v, 0, clamp, std::nullopt, context);
   return py::reinterpret_borrow<Doubles>(all[py::make_tuple(py::ellipsis(), 0, py::slice(0, 3, 1))]);
 }
 
@@ -586,8 +590,9 @@ void register_surface_evaluation(py::class_<Nurbs>& type) {
            "Points at parameters that broadcast to any shape: that shape x 3, mm. clamp: a parameter outside means the "
            "domain's edge.\n\nRaises InvalidArgument: outside the domain, NaN.\nC: sgrt_nurbs_surface_evaluate")
       .def("derivatives", &surface_derivatives, py::arg("u"), py::arg("v"), py::arg("order") = 2, py::kw_only(),
-           py::arg("clamp") = false, py::arg("context") = none,
-           "S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu ... up to `order` in all: shape x K x 3.\n\nC: "
+           py::arg("clamp") = false, py::arg("out") = none, py::arg("context") = none,
+           "S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu ... up to `order` in all: shape x K x 3. out: for N "
+           "parameters, an N x K x 3 array to write into.\n\nC: "
            "sgrt_nurbs_surface_evaluate")
       .def("normals", &surface_normals, py::arg("u"), py::arg("v"), py::kw_only(), py::arg("clamp") = false,
            py::arg("context") = none,

@@ -71,6 +71,8 @@ TEST(NurbsBasis, BadKnots) {
   refuse({2, {0, 0, 0, 1, 1, 1, 1}}, 3, "7 knots, expected 6");
   refuse({2, {0, 0, 0, 1, 0.5, 1}}, 3, "knots[4]: 0.5 after 1, expected no decrease");
   refuse({2, {0, 0, 0, 1, 1, std::nan("")}}, 3, "knots[5]: nan");
+  refuse({1, {0, 0, 1e-310, 1e-310}}, 2, "knots[2]: 1e-310, expected the same knot");
+  refuse({1, {0, 0, 1e200, 1e200}}, 2, "knots[2]: 1e+200");
   refuse({2, {0, 0, 0, 0, 0, 0}}, 3, "stands 4 times");
   refuse({1, {0, 0, 0.5, 0.5, 1, 1}}, 4, "knots[3]: 0.5 stands 2 times, expected at most 1");
   refuse({2, {0, 0, 0, 1, 1, 1}}, 2, "2 control points, expected at least 3");
