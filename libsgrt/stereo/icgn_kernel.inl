@@ -23,7 +23,7 @@ static inline __attribute__((always_inline)) Lanes interpolate8(const float* c, 
 
 static inline int inside(const Plane& p, float x, int y) {
   return x >= 2 && x < (float)(p.width - 3) && y >= 0 && y < p.height &&
-         p.mask[(long)y * p.width + (int)(x + 0.5F)] != 1;
+         p.mask[(long)y * p.width + (int)(2 * x + 1) / 2] != 1;
 }
 
 void refine_row(const Plane& left, const Plane& right, int x0, int y0, const RefineOptions& options, RowMatch* match) {
@@ -82,7 +82,7 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     }
   }
   const float norm_f = __builtin_sqrtf(total(ff));
-  if (!(norm_f > 1e-5F * (mean > 0 ? mean : -mean))) {
+  if (!(norm_f > 1e-5F * (mean > 0 ? mean : -mean)) || norm_f * norm_f < n * options.min_variance) {
     match->outcome = kFlat;
     return;
   }

@@ -32,7 +32,8 @@ enum { kConverged = 0, kLeftView = 1, kRightView = 2, kClipped = 3, kFlat = 4, k
 struct RefineOptions {
   int half;  // window side is 2 half + 1, at most 41
   int max_iterations;
-  float max_move;  // px that d may move from its start
+  float min_variance;  // of the window's grey levels; flatter ones have no texture
+  float max_move;      // px that d may move from its start
 };
 
 void refine_row_baseline(const Plane& left, const Plane& right, int x0, int y0, const RefineOptions& options,

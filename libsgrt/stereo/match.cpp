@@ -33,18 +33,24 @@ Reason reason_of(int outcome) {
 struct Matcher {
   const kernels::Plane left, right;
   const StereoOptions& options;
+  const float rounding;      // the noise of f - g is never below it
+  const float min_variance;  // one grey level: below it both images may show the same dither
   decltype(&kernels::refine_row_baseline) refine;
 
   Matcher(const Run& run, const RectifiedImage& l, const RectifiedImage& r, const StereoOptions& o)
       : left(l.plane()),
         right(r.plane()),
         options(o),
+        rounding(l.rounding + r.rounding),
+        min_variance(12 * std::max(l.rounding, r.rounding)),
         refine(run.isa == Isa::kAvx2 ? kernels::refine_row_avx2 : kernels::refine_row_baseline) {}
 
   // Refines from the plane in `match`; the reason is kNone when it is accepted.
   Reason solve(int x, int y, RowMatch& match, float max_move) const {
-    const kernels::RefineOptions o{options.window / 2, 12, max_move};
+    const kernels::RefineOptions o{options.window / 2, 12, min_variance, max_move};
     refine(left, right, x, y, o, &match);
+    // ZNCC knows no scale: without this floor the last bits of a blank wall would correlate.
+    match.noise = std::max(match.noise, rounding);
     if (match.outcome != kernels::kConverged) return reason_of(match.outcome);
     if (!(match.correlation >= options.min_correlation)) return Reason::kNoMatch;
     return sigma_of(match) <= options.max_sigma ? Reason::kNone : Reason::kNoTexture;
@@ -64,7 +70,7 @@ struct Matcher {
     back.c20 = -match.c20 / s3;
     back.c11 = -2 * match.c20 * b / s3 - match.c11 / (s * s);
     back.c02 = -match.c20 * b * b / s3 - match.c11 * b / (s * s) - match.c02 / s;
-    const kernels::RefineOptions o{options.window / 2, 6, 2};
+    const kernels::RefineOptions o{options.window / 2, 6, min_variance, 2};
     refine(right, left, x_right, y, o, &back);
     if (back.outcome != kernels::kConverged || !(back.correlation >= options.min_correlation)) return false;
     return std::abs(static_cast<float>(x_right) - back.d - x_left) <= options.max_left_right;

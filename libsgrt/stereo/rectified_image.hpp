@@ -16,6 +16,7 @@ struct RectifiedImage {
   std::vector<float> gradient, coefficient;
   std::vector<std::uint8_t> mask;
   Image scratch;
+  float rounding = 0;  // variance that the image's number format alone leaves in a grey level
 
   kernels::Plane plane() const {
     return {value.pixels.data(), gradient.data(), coefficient.data(), mask.data(), value.width, value.height};

@@ -123,12 +123,14 @@ Rectification make_rectification(const Run& run, const Camera& left, const Camer
   return r;
 }
 
-void rectify(const Run& run, const ImageView& image, const RectifiedView& view, Image& coefficients, Image& out,
+void rectify(const Run& run, const ImageView& image, const RectifiedView& view, RectifyWork& work, Image& out,
              std::vector<std::uint8_t>& mask) {
+  Image& coefficients = work.coefficients;
+  std::vector<std::uint8_t>& clipped = work.clipped;
   load(image, coefficients);
   // Clipped pixels, found (and made finite) before the prefilter spreads them.
   const float clip = image.clip();
-  std::vector<std::uint8_t> clipped;
+  clipped.clear();
   const auto is_clipped = [&](float g) { return g >= clip; };
   if (std::any_of(coefficients.pixels.begin(), coefficients.pixels.end(), is_clipped)) {
     clipped.resize(coefficients.pixels.size());

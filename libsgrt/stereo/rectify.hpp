@@ -39,9 +39,15 @@ struct Rectification {
 Rectification make_rectification(const Run& run, const Camera& left, const Camera& right, const Vec3& volume_min,
                                  const Vec3& volume_max);
 
+// Buffers kept from frame to frame.
+struct RectifyWork {
+  Image coefficients;
+  std::vector<std::uint8_t> clipped;  // one a pixel of the image as taken; empty: none is clipped
+};
+
 // An image as taken, resampled by cubic B-spline into the virtual camera. mask: 0 where good, else a Reason
-// (kOutOfView, kSaturated). coefficients: scratch.
-void rectify(const Run& run, const ImageView& image, const RectifiedView& view, Image& coefficients, Image& out,
+// (kOutOfView, kSaturated).
+void rectify(const Run& run, const ImageView& image, const RectifiedView& view, RectifyWork& work, Image& out,
              std::vector<std::uint8_t>& mask);
 
 }  // namespace sgrt

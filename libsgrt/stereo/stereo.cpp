@@ -1,6 +1,7 @@
 #include "stereo/stereo.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "stereo/coarse.hpp"
@@ -35,6 +36,15 @@ void check_size(const ImageView& image, const Camera& camera, const char* name) 
                                      " x " + std::to_string(camera.height) + " of camera " + camera.id);
 }
 
+// Integers round to 1 grey level (variance 1/12); a float image is taken to be good to 1e-4 of its mean level.
+float rounding_of(const ImageView& image, const Image& grey) {
+  if (image.type != ImageView::Type::kF32) return 1.F / 12;
+  double sum = 0;
+  for (const float g : grey.pixels) sum += std::abs(g);
+  const double level = 1e-4 * sum / static_cast<double>(grey.pixels.size());
+  return static_cast<float>(level * level);
+}
+
 }  // namespace
 
 struct StereoMatcher::Impl {
@@ -45,7 +55,7 @@ struct StereoMatcher::Impl {
   CoarseOptions coarse_options;
   CoarseWork coarse_work;
   CoarseMap coarse;
-  Image coefficients;
+  RectifyWork rectify_work;
   RectifiedImage left, right;
   MatchField field;
   std::shared_ptr<StereoResult> result;
@@ -96,15 +106,19 @@ const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const 
   Impl& m = *impl_;
   check_size(left, m.left_camera, "left");
   check_size(right, m.right_camera, "right");
-  rectify(run, left, m.rectification.left, m.coefficients, m.left.value, m.left.mask);
-  rectify(run, right, m.rectification.right, m.coefficients, m.right.value, m.right.mask);
+  rectify(run, left, m.rectification.left, m.rectify_work, m.left.value, m.left.mask);
+  rectify(run, right, m.rectification.right, m.rectify_work, m.right.value, m.right.mask);
+  m.left.rounding = rounding_of(left, m.left.value);
+  m.right.rounding = rounding_of(right, m.right.value);
   coarse_match(run, m.left.value, m.left.mask, m.right.value, m.right.mask, m.coarse_options, m.coarse_work, m.coarse);
   prepare(run, m.left);
   prepare(run, m.right);
   match_grid(run, m.left, m.right, m.coarse, m.grid, m.options, m.field);
 
+  // use_count is relaxed: the fence orders our writes behind the reads of whoever let go last.
   if (!m.result || m.result.use_count() > 1) m.result = std::make_shared<StereoResult>();
   if (!m.result->surface || m.result->surface.use_count() > 1) m.result->surface = std::make_shared<Surface>();
+  std::atomic_thread_fence(std::memory_order_acquire);
   triangulate(run, m.rectification, m.grid, m.options, m.field, *m.result);
   const bool found = m.result->point_count > 0;
   m.result->status = found ? Status::kOk : Status::kNotFound;

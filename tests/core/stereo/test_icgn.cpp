@@ -43,7 +43,7 @@ RectifiedImage image_of(const std::function<double(double, double)>& grey, doubl
   return image;
 }
 
-constexpr kernels::RefineOptions kOptions{7, 20, 4};
+constexpr kernels::RefineOptions kOptions{7, 20, 0, 4};
 
 RowMatch refine(const RectifiedImage& left, const RectifiedImage& right, float d, int x = 60, int y = 40,
                 const kernels::RefineOptions& options = kOptions) {
@@ -155,7 +155,7 @@ TEST(Icgn, BothInstructionSetsGiveTheSameBits) {
   for (int half : {4, 7, 8, 11, 20}) {
     RowMatch a{}, b{};
     a.d = b.d = 2;
-    const kernels::RefineOptions o{half, 20, 4};
+    const kernels::RefineOptions o{half, 20, 0, 4};
     kernels::refine_row_baseline(left.plane(), right.plane(), 60, 40, o, &a);
     kernels::refine_row_avx2(left.plane(), right.plane(), 60, 40, o, &b);
     EXPECT_EQ(a.d, b.d);

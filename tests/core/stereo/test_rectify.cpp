@@ -40,9 +40,10 @@ TEST(Rectify, ResamplesASmoothImageAndMasksTheRest) {
   std::vector<float> pixels;
   for (int y = 0; y < 240; ++y)
     for (int x = 0; x < 320; ++x) pixels.push_back(static_cast<float>(grey(x, y)));
-  Image coefficients, out;
+  RectifyWork work;
+  Image out;
   std::vector<std::uint8_t> mask;
-  rectify({}, view_of(pixels, rig.cameras[0]), r.left, coefficients, out, mask);
+  rectify({}, view_of(pixels, rig.cameras[0]), r.left, work, out, mask);
   int good = 0;
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x) {

@@ -157,6 +157,25 @@ TEST(Stereo, BlankUnrelatedAndSaturatedImagesGiveNoPoint) {
   EXPECT_GT(result->reason_count[static_cast<int>(Reason::kSaturated)], 2000);
 }
 
+// A texture beside a blank wall, without noise: ZNCC knows no scale, so the last bits of the wall must not count.
+TEST(Stereo, ABlankWallBesideATextureGivesNothing) {
+  const Rig rig = small_rig();
+  const Scene sphere{60, 0};
+  const Capture c = capture(rig, sphere, 0, 1);
+  std::vector<std::uint8_t> grey[2];
+  for (const float g : c.left) grey[0].push_back(static_cast<std::uint8_t>(std::lround(std::clamp(g, 0.F, 254.F))));
+  for (const float g : c.right) grey[1].push_back(static_cast<std::uint8_t>(std::lround(std::clamp(g, 0.F, 254.F))));
+  ImageView view[2];
+  for (int i = 0; i < 2; ++i) {
+    view[i].data = grey[i].data(), view[i].type = ImageView::Type::kU8;
+    view[i].height = 240, view[i].width = 320, view[i].row_stride = 320, view[i].column_stride = 1;
+  }
+  StereoMatcher matcher({}, rig, rig.pairs[0], {});
+  const Errors e = errors_of(*matcher.match({}, view[0], view[1]), sphere);
+  EXPECT_GT(e.count, 300);
+  EXPECT_LT(e.worst, 1.0);
+}
+
 TEST(Stereo, VolumeBoundsTheSurface) {
   const Rig rig = small_rig();
   const Scene plane{0, 0.3};
