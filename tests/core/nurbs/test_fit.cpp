@@ -277,9 +277,12 @@ TEST(Fit, SampledErrorsAgreeWithThePosterior) {
   const double n = kDraws * kSide * kSide;
   std::printf("sampled / predicted variance: height %.2f normal %.2f S_u %.2f S_uu %.2f\n", height / n, normal2 / n,
               slope / n, bend / n);
-  for (const double ratio : {height / n, normal2 / n, slope / n}) {
-    EXPECT_GT(ratio, 0.5);
-    EXPECT_LT(ratio, 1.3);
+  EXPECT_GT(height / n, 0.7);
+  EXPECT_LT(height / n, 1.3);
+  // Derivatives of a smooth surface are surer than predicted (docs/theory/nurbs_fit.md, "Limits"): 0.5 was measured.
+  for (const double ratio : {normal2 / n, slope / n}) {
+    EXPECT_GT(ratio, 0.35);
+    EXPECT_LT(ratio, 1.1);
   }
   EXPECT_LT(bend / n, 1.3);
 }
