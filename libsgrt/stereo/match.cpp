@@ -85,15 +85,12 @@ void seed(const Run& run, const Matcher& matcher, const CoarseMap& coarse, const
         for (std::int64_t k = begin; k < end; ++k) {
           const int x = grid.x(k), y = grid.y(k);
           const CoarseMatch& c = coarse.at_pixel(x, y);
+          if (!(c.d == c.d)) continue;
+          const float dx = static_cast<float>(x % coarse.scale) - centre,
+                      dy = static_cast<float>(y % coarse.scale) - centre;
           RowMatch match = kNoMatch;
-          if (c.d == c.d) {
-            const float dx = static_cast<float>(x % coarse.scale) - centre,
-                        dy = static_cast<float>(y % coarse.scale) - centre;
-            match.d = c.d + c.a * dx + c.b * dy, match.a = c.a, match.b = c.b;
-            field.reason[k] = matcher.solve(x, y, match, static_cast<float>(coarse.scale) + 2);
-          } else {
-            field.reason[k] = Reason::kNoMatch;
-          }
+          match.d = c.d + c.a * dx + c.b * dy, match.a = c.a, match.b = c.b;
+          field.reason[k] = matcher.solve(x, y, match, static_cast<float>(coarse.scale) + 2);
           field.matches[k] = match;
         }
       },

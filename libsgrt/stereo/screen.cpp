@@ -62,13 +62,13 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
               expected += variance_of_noise(m) * (1 - rho) * (2 + (x * x + y * y) / second_moment);
             }
           if (4 * solved < 3 * asked) field.labels[k] = 1;
-          field.bent[k].bias2 = static_cast<float>(std::max(0.0, (sum - 2 * expected) / std::max(1, solved)));
+          // No other point reads this member.
+          own.bias2 = static_cast<float>(std::max(0.0, (sum - 2 * expected) / std::max(1, solved)));
         }
       },
       "checking");
   for (std::int64_t k = 0; k < grid.size(); ++k) {
     if (field.reason[k] != Reason::kNone) continue;
-    field.matches[k].bias2 = field.bent[k].bias2;
     if (field.labels[k] != 0 || !(sigma_of(field.matches[k]) <= options.max_sigma)) field.reason[k] = Reason::kEdge;
   }
 }

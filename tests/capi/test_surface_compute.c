@@ -1,38 +1,7 @@
 /* Normals, fusion and the distance map on planes, whose answers are known. */
-#include "check.h"
+#include "surfaces.h"
 
 enum { kSide = 41, kPoints = kSide * kSide };
-
-static sgrt_surface_data data_of(const void* points, int64_t n) {
-  sgrt_surface_data data;
-  CHECK_OK(sgrt_surface_data_init(&data, sizeof data));
-  data.points = sgrt_view_of(points, SGRT_F64, n, 3, 0);
-  return data;
-}
-
-static sgrt_surface* make(const sgrt_surface_data* data) {
-  sgrt_surface* surface = NULL;
-  CHECK_OK(sgrt_surface_create(NULL, data, &surface));
-  if (!surface) exit(2);
-  return surface;
-}
-
-static sgrt_view array_of(const sgrt_surface* surface, int32_t field) {
-  sgrt_view view;
-  CHECK_OK(sgrt_surface_array(surface, field, &view));
-  return view;
-}
-
-static const double* numbers_of(const sgrt_surface* surface, int32_t field) {
-  return (const double*)array_of(surface, field).data;
-}
-
-static sgrt_surface_info summary_of(const sgrt_surface* surface) {
-  sgrt_surface_info info;
-  info.struct_size = sizeof info;
-  CHECK_OK(sgrt_surface_summary(surface, &info));
-  return info;
-}
 
 /* A square plane of 41 x 41 points, 2 mm apart, at the height z = offset + slope x, as a grid. */
 static sgrt_surface* plane(double offset, double slope, double sigma) {

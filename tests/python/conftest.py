@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -120,3 +121,8 @@ def images() -> tuple[np.ndarray, np.ndarray]:
 @pytest.fixture(scope="session")
 def stereo(rig: sgrt.Rig, images: tuple[np.ndarray, np.ndarray]) -> sgrt.Stereo:
     return sgrt.stereo_match(rig, "pod1", *images)
+
+
+def take_ctrl_c() -> None:
+    """For a child that is to be interrupted: a shell that runs the tests in the background lets it ignore SIGINT."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

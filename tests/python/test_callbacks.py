@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 import sgrt
-from conftest import ISOCENTRE, body_points
+from conftest import ISOCENTRE, body_points, take_ctrl_c
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +158,9 @@ print("finished")
 @pytest.mark.parametrize("context", ["", "context=sgrt.Context(threads=2)"])
 def test_ctrl_c_cancels_a_long_call(context, request):
     code = SCRIPT.format(tests=str(request.path.parent), context=context)
-    child = subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE, text=True)
+    child = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE, text=True, preexec_fn=take_ctrl_c
+    )
     try:
         assert child.stdout.readline() == "ready\n"
         time.sleep(0.5)

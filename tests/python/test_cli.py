@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sgrt
-from conftest import ISOCENTRE, SHIFT, body_points, displaced, rig_document
+from conftest import ISOCENTRE, SHIFT, body_points, displaced, rig_document, take_ctrl_c
 from sgrt import io
 from sgrt.cli import main
 from sgrt.couch import turn_surface
@@ -405,6 +405,7 @@ def test_ctrl_c_is_130_and_leaves_nothing(tmp_path):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=take_ctrl_c,
     )
     time.sleep(1.5)
     child.send_signal(signal.SIGINT)

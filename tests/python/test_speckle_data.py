@@ -2,15 +2,15 @@
 
 import csv
 import json
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import sgrt
+from conftest import DATA
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "speckle" / "dice"
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the speckle images are not at {DATA}")
+DICE = DATA / "speckle" / "dice"
+pytestmark = pytest.mark.skipif(not DICE.is_dir(), reason=f"the speckle images are not at {DICE}")
 
 
 def turn(a_deg: float, b_deg: float, c_deg: float) -> np.ndarray:
@@ -45,7 +45,7 @@ def specimen_rig() -> sgrt.Rig:
     """Its skew of 0.705 px does not fit brown5 and is left out: it moves points across the epipolar lines."""
     cameras = []
     for name, node in zip(
-        ("left", "right"), ElementTree.parse(DATA / "stereo_d_spec/cal.xml").iter("camera"), strict=True
+        ("left", "right"), ElementTree.parse(DICE / "stereo_d_spec/cal.xml").iter("camera"), strict=True
     ):
         cx, cy, fx, fy, _, k1, k2, k3 = map(float, node.text.split())
         a, b, c, *t = map(float, node.find("orientation").text.split())
@@ -55,7 +55,7 @@ def specimen_rig() -> sgrt.Rig:
 
 def rendered_rig() -> sgrt.Rig:
     cameras = []
-    lists = ElementTree.parse(DATA / "epipolar_distortion/cal.xml").getroot().findall("ParameterList")
+    lists = ElementTree.parse(DICE / "epipolar_distortion/cal.xml").getroot().findall("ParameterList")
     for name, node in zip(("left", "right"), lists, strict=True):
         value = {p.get("name"): p.get("value") for p in node.findall("Parameter")}
         fx, fy, cx, cy = (float(value[k]) for k in ("FX", "FY", "CX", "CY"))
@@ -69,7 +69,7 @@ def rendered_rig() -> sgrt.Rig:
 
 
 def images(folder: str, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:
-    return tuple(sgrt.io.read_image(DATA / folder / "images" / name) for name in (left, right))
+    return tuple(sgrt.io.read_image(DICE / folder / "images" / name) for name in (left, right))
 
 
 def interpolated(result: sgrt.Stereo, pixel: np.ndarray) -> tuple[np.ndarray, float] | None:
@@ -88,7 +88,7 @@ def interpolated(result: sgrt.Stereo, pixel: np.ndarray) -> tuple[np.ndarray, fl
 def test_specimen_agrees_with_image_correlation(frame):
     room = specimen_rig()
     result = sgrt.stereo_match(room, "pod", *images("stereo_d_spec", f"GT4-000{frame}_0.png", f"GT4-000{frame}_1.png"))
-    with (DATA / f"stereo_d_spec/gold/DICe_solution_{frame}.txt").open() as file:
+    with (DICE / f"stereo_d_spec/gold/DICe_solution_{frame}.txt").open() as file:
         rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
     along, across, missing = [], [], 0
     for row in rows:
