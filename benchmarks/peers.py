@@ -232,6 +232,8 @@ def scipy_scattered(orders):
 
         return evaluate
 
+    return prepare
+
 
 def scipy_spline(smooth):
     """LSQ on the knots of ours, or FITPACK's choice of knots for a sum of squares of n sigma^2."""

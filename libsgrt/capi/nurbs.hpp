@@ -18,25 +18,49 @@ inline std::vector<double> numbers_of(const sgrt_view& view, std::int64_t count)
   return out;
 }
 
-// A checked view of parameters, as many a point as there are bases; each in its domain, or moved to its end.
-inline std::vector<double> parameters_of(const sgrt_view& view, const char* name, const SplineBasis* basis, int sides,
-                                         std::int32_t outside) {
-  if (outside != SGRT_OUTSIDE_REFUSE && outside != SGRT_OUTSIDE_CLAMP)
-    refuse("outside", std::to_string(outside), "SGRT_OUTSIDE_REFUSE (0) or SGRT_OUTSIDE_CLAMP (1)");
-  check_limit(view.shape[0], kMaxPoints, name);
-  std::vector<double> u = numbers_of(view, view.shape[0] * sides);
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    const SplineBasis& b = basis[i % static_cast<std::size_t>(sides)];
-    if (b.contains(u[i])) continue;
-    if (outside == SGRT_OUTSIDE_REFUSE || u[i] != u[i]) {
-      const std::string index = std::to_string(i / static_cast<std::size_t>(sides));
-      refuse((name + ("[" + index + "]")).c_str(), text_of(u[i]),
-             "within the domain, " + text_of(b.begin()) + " to " + text_of(b.end()));
+// Parameters, `Sides` a point, each in its domain or moved to its end: the caller's own where they are float64 in a row
+// and need no moving, else a copy.
+template <int Sides>
+class ParameterView {
+ public:
+  ParameterView(const sgrt_view& view, const char* name, const SplineBasis* basis, std::int32_t outside) {
+    if (outside != SGRT_OUTSIDE_REFUSE && outside != SGRT_OUTSIDE_CLAMP)
+      refuse("outside", std::to_string(outside), "SGRT_OUTSIDE_REFUSE (0) or SGRT_OUTSIDE_CLAMP (1)");
+    check_limit(view.shape[0], kMaxPoints, name);
+    const std::int64_t n = view.shape[0];
+    const bool in_a_row =
+        view.dtype == SGRT_F64 && (n <= 1 || view.strides[0] == 8 * Sides) && (Sides == 1 || view.strides[1] == 8);
+    if (!in_a_row) copy_ = numbers_of(view, n * Sides);
+    data_ = in_a_row ? static_cast<const double*>(view.data) : copy_.data();
+    if (inside(n, basis)) return;
+    if (in_a_row) copy_ = numbers_of(view, n * Sides);
+    for (std::int64_t i = 0; i < n * Sides; ++i) {
+      double& u = copy_[static_cast<std::size_t>(i)];
+      const SplineBasis& b = basis[i % Sides];
+      if (!b.contains(u) && (outside == SGRT_OUTSIDE_REFUSE || u != u))
+        refuse((name + ("[" + std::to_string(i / Sides) + "]")).c_str(), text_of(u),
+               "within the domain, " + text_of(b.begin()) + " to " + text_of(b.end()));
+      u = std::clamp(u, b.begin(), b.end());
     }
-    u[i] = std::clamp(u[i], b.begin(), b.end());
+    data_ = copy_.data();
   }
-  return u;
-}
+  ParameterView(const ParameterView&) = delete;
+  ParameterView& operator=(const ParameterView&) = delete;
+  const double* data() const { return data_; }
+
+ private:
+  bool inside(std::int64_t n, const SplineBasis* basis) const {
+    const double low[2] = {basis[0].begin(), basis[Sides - 1].begin()};
+    const double high[2] = {basis[0].end(), basis[Sides - 1].end()};
+    int all = 1;
+    for (std::int64_t i = 0; i < n; ++i)
+      for (int s = 0; s < Sides; ++s) all &= (data_[Sides * i + s] >= low[s]) & (data_[Sides * i + s] <= high[s]);
+    return all != 0;
+  }
+
+  std::vector<double> copy_;
+  const double* data_ = nullptr;
+};
 
 inline SplineBasis basis_of(const sgrt_view& knots, std::int32_t degree, std::int64_t count, const char* name) {
   const auto n = static_cast<int>(std::min<std::int64_t>(count, kMaxKnots));

@@ -161,14 +161,14 @@ sgrt_status sgrt_nurbs_curve_evaluate(sgrt_context* context, const sgrt_nurbs_cu
     const std::int64_t n = u->shape[0], width = order + 1;
     check_output(derivatives, "derivatives", SGRT_F64, {n, width, 3});
     check_apart(derivatives, "derivatives", u, "u");
-    const std::vector<double> at = parameters_of(*u, "u", &c.basis, 1, outside);
+    const ParameterView<1> at(*u, "u", &c.basis, outside);
     Run run = run_of(context);
     run.progress = nullptr;  // the output is written as it goes, so this call cannot be cancelled
     fill_output(*derivatives, [&](double* out) {
       parallel_for(run, n, 4096, [&](std::int64_t begin, std::int64_t end) {
         Vec3 ders[kMaxOrder + 1];
         for (std::int64_t i = begin; i < end; ++i) {
-          sgrt::derivatives(c, at[static_cast<std::size_t>(i)], order, ders);
+          sgrt::derivatives(c, at.data()[i], order, ders);
           std::copy_n(ders[0].data(), 3 * width, out + 3 * width * i);
         }
       });

@@ -85,10 +85,6 @@ void approximating(const sgrt_nurbs_surface* surface, sgrt_nurbs_surface** resul
 }
 
 // The pairs (u, v) of a call that has checked its output.
-std::vector<double> pairs_of(const NurbsSurface& s, const sgrt_view* uv, std::int32_t outside) {
-  return parameters_of(*uv, "uv", s.basis, 2, outside);
-}
-
 }  // namespace
 }  // namespace sgrt
 
@@ -219,7 +215,7 @@ sgrt_status sgrt_nurbs_surface_evaluate(sgrt_context* context, const sgrt_nurbs_
     const std::int64_t n = uv->shape[0];
     check_output(derivatives, "derivatives", SGRT_F64, {n, derivative_count(order), 3});
     check_apart(derivatives, "derivatives", uv, "uv");
-    const std::vector<double> at = pairs_of(s, uv, outside);
+    const ParameterView<2> at(*uv, "uv", s.basis, outside);
     const Run run = run_of(context);
     fill_output(*derivatives, [&](double* out) { evaluate_points(run, surface->evaluator, at.data(), n, order, out); });
   });
@@ -240,8 +236,8 @@ sgrt_status sgrt_nurbs_surface_grid(sgrt_context* context, const sgrt_nurbs_surf
     check_output(derivatives, "derivatives", SGRT_F64, {nu, nv, derivative_count(order), 3});
     check_apart(derivatives, "derivatives", u, "u");
     check_apart(derivatives, "derivatives", v, "v");
-    const std::vector<double> at_u = parameters_of(*u, "u", &s.basis[0], 1, outside);
-    const std::vector<double> at_v = parameters_of(*v, "v", &s.basis[1], 1, outside);
+    const ParameterView<1> at_u(*u, "u", &s.basis[0], outside);
+    const ParameterView<1> at_v(*v, "v", &s.basis[1], outside);
     const Run run = run_of(context);
     fill_output(*derivatives, [&](double* out) {
       evaluate_grid(run, surface->evaluator, at_u.data(), nu, at_v.data(), nv, order, out);
@@ -257,7 +253,7 @@ sgrt_status sgrt_nurbs_surface_normals(sgrt_context* context, const sgrt_nurbs_s
     const std::int64_t n = uv->shape[0];
     check_output(normals, "normals", SGRT_F64, {n, 3});
     check_apart(normals, "normals", uv, "uv");
-    const std::vector<double> at = pairs_of(s, uv, outside);
+    const ParameterView<2> at(*uv, "uv", s.basis, outside);
     const Run run = run_of(context);
     fill_output(*normals, [&](double* out) { evaluate_normals(run, surface->evaluator, at.data(), n, out); });
   });

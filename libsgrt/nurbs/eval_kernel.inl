@@ -10,6 +10,9 @@ static inline __attribute__((always_inline)) Lanes load4(const double* p) {
 static inline __attribute__((always_inline)) void store4(double* p, Lanes v) {
   __builtin_memcpy(p, &v, sizeof v);
 }
+static inline __attribute__((always_inline)) void store3(double* p, Lanes v) {
+  __builtin_memcpy(p, &v, 3 * sizeof(double));
+}
 static inline __attribute__((always_inline)) Lanes all(double x) {
   return Lanes{x, x, x, x};
 }
@@ -21,26 +24,36 @@ static inline int span_of(const Spline& s, double u) {
   int b = (int)((u - s.begin) * s.scale);
   if (b >= s.bucket_count) b = s.bucket_count - 1;
   int k = s.bucket[b];
-  while (k < s.last && s.knots[k + 1] <= u) ++k;
-  while (k > s.degree && s.knots[k] > u) --k;
+  k += k < s.last && s.knots[k + 1] <= u;  // mostly enough, and no branch to guess
+  while (__builtin_expect(k < s.last && s.knots[k + 1] <= u, 0)) ++k;
+  while (__builtin_expect(k > s.degree && s.knots[k] > u, 0)) --k;
   return k;
 }
 
-// A2.2 with the differences' reciprocals; t[r] of the last two levels gives the first two derivatives (eq. 2.7):
-// N' = p (t[r - 1] - t[r]), and the same once more.
-template <int P>
-static inline __attribute__((always_inline)) void basis(const Spline& s, int k, double u, int order, double* N,
-                                                        double* N1, double* N2) {
-  const int p = P ? P : s.degree;
+// The functions of a span and their derivatives at u. Degree 3: by their Taylor series about the span's begin.
+static inline __attribute__((always_inline)) void cubic_basis(const Spline& s, int k, double u, int order, double* N,
+                                                              double* N1, double* N2) {
+  const double* series = s.series + 16L * k;
+  const Lanes x = all(u - s.knots[k]), c1 = load4(series + 4), c2 = load4(series + 8), c3 = load4(series + 12);
+  store4(N, load4(series) + x * (c1 + x * (c2 + x * c3)));
+  if (order < 1) return;
+  const Lanes twice = c2 + c2, thrice = c3 + c3 + c3;
+  store4(N1, c1 + x * (twice + x * thrice));
+  if (order < 2) return;
+  store4(N2, twice + x * (thrice + thrice));
+}
+
+// Any degree: A2.2 with the differences' reciprocals; t[r] of the last two levels gives the first two derivatives
+// (eq. 2.7): N' = p (t[r - 1] - t[r]), and the same once more.
+static void any_basis(const Spline& s, int k, double u, int order, double* N, double* N1, double* N2) {
+  const int p = s.degree;
   const double *U = s.knots + k, *inverse = s.inverse + (long)k * (p * (p + 1) / 2);
-  double t1[P ? P + 2 : kMaxSplineDegree + 2];  // one 0 before and one after, for the differences
-  double t2[P ? P + 2 : kMaxSplineDegree + 2];
+  double t1[kMaxSplineDegree + 2];  // one 0 before and one after, for the differences
+  double t2[kMaxSplineDegree + 2];
   t1[0] = t2[0] = 0;
   N[0] = 1;
-#pragma GCC unroll 4
   for (int j = 1; j <= p; ++j) {
     double saved = 0;
-#pragma GCC unroll 4
     for (int r = 0; r < j; ++r) {
       const double t = N[r] * *inverse++;
       if (j == p) t1[r + 1] = t;
@@ -52,7 +65,6 @@ static inline __attribute__((always_inline)) void basis(const Spline& s, int k, 
   }
   if (order < 1) return;
   t1[p + 1] = 0;
-#pragma GCC unroll 4
   for (int r = 0; r <= p; ++r) N1[r] = p * (t1[r] - t1[r + 1]);
   if (order < 2) return;
   if (p == 1) {
@@ -62,13 +74,21 @@ static inline __attribute__((always_inline)) void basis(const Spline& s, int k, 
   t2[p] = 0;
   const double* last = s.inverse + (long)k * (p * (p + 1) / 2) + p * (p - 1) / 2;
   double before = 0;
-#pragma GCC unroll 4
   for (int r = 0; r < p; ++r) {
     const double t = (p - 1) * (t2[r] - t2[r + 1]) * last[r];
     N2[r] = p * (before - t);
     before = t;
   }
   N2[p] = p * before;
+}
+
+template <int P>
+static inline __attribute__((always_inline)) void basis(const Spline& s, int k, double u, int order, double* N,
+                                                        double* N1, double* N2) {
+  if (P == 3 || s.degree == 3)
+    cubic_basis(s, k, u, order, N, N1, N2);
+  else
+    any_basis(s, k, u, order, N, N1, N2);
 }
 
 // Eq. 4.20 for up to two derivatives, on numbers or lanes: A of x, y, z in place, W of the weight.
@@ -87,127 +107,131 @@ static inline __attribute__((always_inline)) void quotient(T* A, const T* W, T i
   A[5] = vv * inverse;
 }
 
+// What a point needs in v of one row of control points, sum over b of N_b P_b.
+template <int P>
+static inline __attribute__((always_inline)) Lanes along_v(const double* row, const double* Nv, int q) {
+  Lanes sum = all(Nv[0]) * load4(row);
+#pragma GCC unroll 4
+  for (int b = 1; b <= (P ? P : q); ++b) sum += all(Nv[b]) * load4(row + 4 * b);
+  return sum;
+}
+
+// From A (x, y, z, w) of a point and its derivatives to numbers in a row.
+template <int Order>
+static inline __attribute__((always_inline)) void finish(bool rational, Lanes* A, double* out) {
+  constexpr int kCount = (Order + 1) * (Order + 2) / 2;
+  if (rational) {
+    Lanes W[kCount];
+#pragma GCC unroll 6
+    for (int s = 0; s < kCount; ++s) W[s] = all(A[s][3]);
+    quotient<Lanes>(A, W, all(1) / W[0], Order);
+  }
+#pragma GCC unroll 6
+  for (int s = 0; s + 1 < kCount; ++s) store4(out + 3 * s, A[s]);  // the fourth number is written over by the next
+  store3(out + 3 * (kCount - 1), A[kCount - 1]);
+}
+
+template <int P>
+static void tabulate(const Spline& given, const double* u, long step, long n, int order, int* span, double* N) {
+  const Spline spline = given;  // a copy that no output can overlap
+  const int width = P ? P + 1 : spline.degree + 1;
+  for (long i = 0; i < n; ++i, N += (order + 1) * width) {
+    span[i] = span_of(spline, u[step * i]);
+    basis<P>(spline, span[i], u[step * i], order, N, N + width, N + 2 * width);
+  }
+}
+
+// Spans and basis functions of a batch first, then the sums: short loops, of which the processor overlaps many turns.
 template <int P, int Order>
 static void points(const Patch& patch, const double* uv, long n, double* out) {
-  constexpr int kCount = (Order + 1) * (Order + 2) / 2;
+  constexpr int kCount = (Order + 1) * (Order + 2) / 2, kBatch = 32;
   constexpr int kWidth = P ? P + 1 : kMaxSplineDegree + 1;
   const int p = P ? P : patch.u.degree, q = P ? P : patch.v.degree;
   const long row = 4L * patch.v.size;
-  for (long i = 0; i < n; ++i, out += 3 * kCount) {
-    double Nu[3][kWidth], Nv[3][kWidth];
-    const int ku = span_of(patch.u, uv[2 * i]), kv = span_of(patch.v, uv[2 * i + 1]);
-    basis<P>(patch.u, ku, uv[2 * i], Order, Nu[0], Nu[1], Nu[2]);
-    basis<P>(patch.v, kv, uv[2 * i + 1], Order, Nv[0], Nv[1], Nv[2]);
-    const double* corner = patch.points + (ku - p) * row + 4L * (kv - q);
-    Lanes A[kCount] = {};
-#pragma GCC unroll 4
-    for (int b = 0; b <= q; ++b) {
-      Lanes T[Order + 1] = {};
+  const double* control = patch.points;
+  const bool rational = patch.rational;
+  int span[2][kBatch];
+  double N[2][kBatch * (Order + 1) * kWidth];
+  for (long begin = 0; begin < n; begin += kBatch) {
+    const long count = n - begin < kBatch ? n - begin : kBatch;
+    tabulate<P>(patch.u, uv + 2 * begin, 2, count, Order, span[0], N[0]);
+    tabulate<P>(patch.v, uv + 2 * begin + 1, 2, count, Order, span[1], N[1]);
+    for (long i = 0; i < count; ++i, out += 3 * kCount) {
+      const double *Nu = N[0] + i * (Order + 1) * (p + 1), *Nv = N[1] + i * (Order + 1) * (q + 1);
+      const double* corner = control + (span[0][i] - p) * row + 4L * (span[1][i] - q);
+      Lanes A[kCount] = {};
 #pragma GCC unroll 4
       for (int a = 0; a <= p; ++a) {
-        const Lanes point = load4(corner + a * row + 4 * b);
+        Lanes T[Order + 1];
 #pragma GCC unroll 3
-        for (int k = 0; k <= Order; ++k) T[k] = a == 0 ? all(Nu[k][a]) * point : T[k] + all(Nu[k][a]) * point;
+        for (int l = 0; l <= Order; ++l) T[l] = along_v<P>(corner + a * row, Nv + l * (q + 1), q);
+#pragma GCC unroll 6
+        for (int s = 0; s < kCount; ++s) {
+          const Lanes term = all(Nu[kInU[s] * (p + 1) + a]) * T[kInV[s]];
+          A[s] = a == 0 ? term : A[s] + term;
+        }
       }
-#pragma GCC unroll 6
-      for (int s = 0; s < kCount; ++s) {
-        const Lanes term = all(Nv[kInV[s]][b]) * T[kInU[s]];
-        A[s] = b == 0 ? term : A[s] + term;
-      }
-    }
-    if (patch.rational) {
-      Lanes W[kCount];
-#pragma GCC unroll 6
-      for (int s = 0; s < kCount; ++s) W[s] = all(A[s][3]);
-      quotient<Lanes>(A, W, all(1 / A[0][3]), Order);
-    }
-#pragma GCC unroll 6
-    for (int s = 0; s < kCount; ++s) {
-      out[3 * s] = A[s][0];
-      out[3 * s + 1] = A[s][1];
-      out[3 * s + 2] = A[s][2];
+      finish<Order>(rational, A, out);
     }
   }
 }
 
-// The points [first, last) of one span of v: coordinates c of every derivative as lines of kChunk + kLanes numbers.
-// Works in whole lanes; what runs over the end is written again by the next span.
-template <int P, int Order, int Coordinates>
-static inline __attribute__((always_inline)) void run_of_span(const Patch& patch, const GridRow& g, int kv, long start,
-                                                              long first, long last) {
-  constexpr int kCount = (Order + 1) * (Order + 2) / 2;
-  const int q = P ? P : patch.v.degree;
-  const long width = patch.v.size, line = kChunk + kLanes;
-  for (int c = 0; c < Coordinates; ++c) {
-    const double* T = g.columns + c * width + kv - q;
-    for (long j = first; j < last; j += kLanes) {
-      Lanes sum[kCount] = {};
+// Points alone, without weights: the numbers of a row of the grid are sums of four rows of Q, whatever they mean.
+template <int P>
+static void packed_row(const double* Q, long row, const double* Nu, int p, long n, double* out) {
+  long j = 0;
+  for (; j + kLanes <= n; j += kLanes) {
+    Lanes sum = all(Nu[0]) * load4(Q + j);
 #pragma GCC unroll 4
-      for (int b = 0; b <= q; ++b) {
-#pragma GCC unroll 6
-        for (int s = 0; s < kCount; ++s) {
-          const Lanes N = load4(g.Nv + j + (kInV[s] * (q + 1) + b) * g.stride);
-          const Lanes term = N * all(T[4 * kInU[s] * width + b]);
-          sum[s] = b == 0 ? term : sum[s] + term;
-        }
-      }
-#pragma GCC unroll 6
-      for (int s = 0; s < kCount; ++s) store4(g.line + (4 * s + c) * line + j - start, sum[s]);
-    }
+    for (int a = 1; a <= (P ? P : p); ++a) sum += all(Nu[a]) * load4(Q + a * row + j);
+    store4(out + j, sum);
+  }
+  for (; j < n; ++j) {
+    double sum = Nu[0] * Q[j];
+    for (int a = 1; a <= p; ++a) sum += Nu[a] * Q[a * row + j];
+    out[j] = sum;
   }
 }
 
 template <int P, int Order>
-static void grid_row(const Patch& patch, const GridRow& g) {
+static void lanes_row(bool rational, const double* Q, long row, const double* Nu, int p, long n, double* out) {
   constexpr int kCount = (Order + 1) * (Order + 2) / 2;
-  const int p = P ? P : patch.u.degree;
-  const long width = patch.v.size, line = kChunk + kLanes;
-  double Nu[3][P ? P + 1 : kMaxSplineDegree + 1];
-  const int ku = span_of(patch.u, g.u);
-  basis<P>(patch.u, ku, g.u, Order, Nu[0], Nu[1], Nu[2]);
-  for (int k = 0; k <= Order; ++k) {  // along u for every column of control points
-    double* T = g.columns + 4 * k * width;
-    const double* rows = patch.columns + (long)(ku - p) * 4 * width;
-    for (long j = 0; j < 4 * width; ++j) {
-      double sum = Nu[k][0] * rows[j];
-      for (int a = 1; a <= p; ++a) sum += Nu[k][a] * rows[a * 4 * width + j];
-      T[j] = sum;
+  for (long j = 0; j < n; ++j, Q += 4 * (Order + 1), out += 3 * kCount) {
+    Lanes A[kCount] = {};
+#pragma GCC unroll 4
+    for (int a = 0; a <= (P ? P : p); ++a) {
+#pragma GCC unroll 6
+      for (int s = 0; s < kCount; ++s) {
+        const Lanes term = all(Nu[kInU[s] * (p + 1) + a]) * load4(Q + a * row + 4 * kInV[s]);
+        A[s] = a == 0 ? term : A[s] + term;
+      }
+    }
+    finish<Order>(rational, A, out);
+  }
+}
+
+template <int P, int Order>
+static void grid(const Patch& patch, const GridChunk& g) {
+  constexpr int kNumbers = 3 * (Order + 1) * (Order + 2) / 2;
+  const int p = P ? P : patch.u.degree, q = P ? P : patch.v.degree;
+  const bool packed = Order == 0 && !patch.rational;
+  const long each = packed ? 3 : 4 * (Order + 1), row = each * g.nv;
+  for (int r = g.first_row; r <= g.last_row; ++r) {
+    double* to = g.Q + (r - g.first_row) * row;
+    for (long j = 0; j < g.nv; ++j) {
+      const double* corner = patch.points + 4 * ((long)r * patch.v.size + g.span_v[j] - q);
+      for (int l = 0; l <= Order; ++l)  // packed: the fourth number is written over by the next point
+        store4(to + each * j + 4 * l, along_v<P>(corner, g.Nv + (j * (Order + 1) + l) * (q + 1), q));
     }
   }
-  for (long start = 0; start < g.nv; start += kChunk) {
-    const long end = start + kChunk < g.nv ? start + kChunk : g.nv;
-    for (long j = start; j < end;) {
-      long stop = j + 1;
-      while (stop < end && g.span[stop] == g.span[j]) ++stop;
-      if (patch.rational)
-        run_of_span<P, Order, 4>(patch, g, g.span[j], start, j, stop);
-      else
-        run_of_span<P, Order, 3>(patch, g, g.span[j], start, j, stop);
-      j = stop;
-    }
-    if (patch.rational) {
-      for (long j = 0; j < end - start; j += kLanes) {
-        Lanes W[kCount], A[kCount];
-        for (int s = 0; s < kCount; ++s) W[s] = load4(g.line + (4 * s + 3) * line + j);
-        const Lanes inverse = all(1) / W[0];
-        for (int c = 0; c < 3; ++c) {
-#pragma GCC unroll 6
-          for (int s = 0; s < kCount; ++s) A[s] = load4(g.line + (4 * s + c) * line + j);
-          quotient<Lanes>(A, W, inverse, Order);
-#pragma GCC unroll 6
-          for (int s = 0; s < kCount; ++s) store4(g.line + (4 * s + c) * line + j, A[s]);
-        }
-      }
-    }
-    for (int s = 0; s < kCount; ++s) {
-      const double *x = g.line + 4 * s * line, *y = x + line, *z = y + line;
-      double* out = g.out + start * 3 * kCount + 3 * s;
-      for (long j = 0; j < end - start; ++j, out += 3 * kCount) {
-        out[0] = x[j];
-        out[1] = y[j];
-        out[2] = z[j];
-      }
-    }
+  for (long i = 0; i < g.nu; ++i) {
+    const double* Q = g.Q + (g.span_u[i] - p - g.first_row) * row;
+    const double* Nu = g.Nu + i * (Order + 1) * (p + 1);
+    double* out = g.out + i * g.stride;
+    if (packed)
+      packed_row<P>(Q, row, Nu, p, kNumbers * g.nv, out);
+    else
+      lanes_row<P, Order>(patch.rational, Q, row, Nu, p, g.nv, out);
   }
 }
 
@@ -221,13 +245,13 @@ static void points_of(const Patch& patch, const double* uv, long n, int order, d
     points<P, 2>(patch, uv, n, out);
 }
 template <int P>
-static void grid_row_of(const Patch& patch, const GridRow& row) {
-  if (row.order == 0)
-    grid_row<P, 0>(patch, row);
-  else if (row.order == 1)
-    grid_row<P, 1>(patch, row);
+static void grid_of(const Patch& patch, const GridChunk& chunk) {
+  if (chunk.order == 0)
+    grid<P, 0>(patch, chunk);
+  else if (chunk.order == 1)
+    grid<P, 1>(patch, chunk);
   else
-    grid_row<P, 2>(patch, row);
+    grid<P, 2>(patch, chunk);
 }
 static bool cubic(const Patch& patch) {
   return patch.u.degree == 3 && patch.v.degree == 3;

@@ -22,7 +22,7 @@ class SurfaceEvaluator {
 
  private:
   NurbsSurface surface_;
-  std::vector<double> inverse_[2], points_, columns_;
+  std::vector<double> inverse_[2], series_[2], points_;
   std::vector<int> bucket_[2];
   kernels::Patch patch_;
 };
@@ -31,7 +31,7 @@ class SurfaceEvaluator {
 void evaluate_points(const Run& run, const SurfaceEvaluator& evaluator, const double* uv, std::int64_t n, int order,
                      double* out);
 
-// out: nu x nv x derivative_count(order) x 3. Fastest with v sorted.
+// out: nu x nv x derivative_count(order) x 3. Fastest with u sorted.
 void evaluate_grid(const Run& run, const SurfaceEvaluator& evaluator, const double* u, std::int64_t nu, const double* v,
                    std::int64_t nv, int order, double* out);
 

@@ -13,6 +13,7 @@ struct Spline {
   int degree, size;
   const double* knots;
   const double* inverse;   // a span's knot differences, 1 / (u_k+r+1 - u_k+1-j+r), p (p + 1) / 2 numbers from span 0 on
+  const double* series;    // degree 3: N^(d)(u_k) / d! of the span's functions, 4 x 4 numbers from span 0 on
   const int* bucket;       // a span to start the search from, by (u - begin) * scale
   int bucket_count, last;  // last: the last non-empty span
   double begin, scale;
@@ -20,8 +21,7 @@ struct Spline {
 
 struct Patch {
   Spline u, v;
-  const double* points;   // nu x nv x 4: w x, w y, w z, w
-  const double* columns;  // nu x 4 x nv: the same
+  const double* points;  // nu x nv x 4: w x, w y, w z, w
   bool rational;
 };
 
@@ -29,22 +29,24 @@ struct Patch {
 void points_baseline(const Patch& patch, const double* uv, long n, int order, double* out);
 void points_avx2(const Patch& patch, const double* uv, long n, int order, double* out);
 
-// The spans and basis functions of parameters: span[i], N[(d (p + 1) + a) * stride + i].
-void tabulate_baseline(const Spline& spline, const double* u, long n, int order, int* span, double* N, long stride);
+// The spans and basis functions of parameters: span[i], N[i][derivative][function].
+void tabulate_baseline(const Spline& spline, const double* u, long n, int order, int* span, double* N);
+void tabulate_avx2(const Spline& spline, const double* u, long n, int order, int* span, double* N);
 
-// A row of a grid: one u against the v of a table. N is padded to a multiple of kLanes (stride), `line` is scratch.
-struct GridRow {
-  double u;
-  const int* span;   // of v
-  const double* Nv;  // tabulated
-  long nv, stride;
+// Some rows of a grid by some of its columns: first Q, the rows of control points summed along v, which all rows share,
+// then each row of the grid from those of Q that its span needs.
+constexpr int kChunk = 64;  // columns, so that Q stays near
+struct GridChunk {
+  long nu, nv;
+  const int *span_u, *span_v;
+  const double *Nu, *Nv;  // tabulated
   int order;
-  double* columns;  // scratch: 3 x 4 x size of v
-  double* line;     // scratch: 6 x 4 x (kChunk + kLanes)
-  double* out;      // nv x 1, 3 or 6 x 3
+  int first_row, last_row;  // of the control points that the spans of u need
+  double* Q;                // scratch: these rows x nv x 4 (order + 1), and kLanes numbers more
+  double* out;
+  long stride;  // numbers from one row of out to the next
 };
-constexpr int kChunk = 128;  // points of a row at a time
-void grid_row_baseline(const Patch& patch, const GridRow& row);
-void grid_row_avx2(const Patch& patch, const GridRow& row);
+void grid_baseline(const Patch& patch, const GridChunk& chunk);
+void grid_avx2(const Patch& patch, const GridChunk& chunk);
 
 }  // namespace sgrt::kernels

@@ -26,6 +26,7 @@ struct ParameterArray {
   InView flat;
 
   ParameterArray(const std::vector<py::object>& sources, const char* name) {
+    if (sources.size() == 2 && side_by_side(sources[0], sources[1], name)) return;
     const py::module_ np = py::module_::import("numpy");
     py::object all;
     try {
@@ -47,6 +48,21 @@ struct ParameterArray {
                   name, Accept::kFloats);
   }
   py::ssize_t count() const { return flat.view.shape[0]; }
+
+ private:
+  // The common case without numpy's: float64 u and v of one shape, without gaps.
+  bool side_by_side(const py::object& a, const py::object& b, const char* name) {
+    using Dense = py::array_t<double, py::array::c_style>;
+    if (!py::isinstance<Dense>(a) || !py::isinstance<Dense>(b)) return false;
+    const Dense u(a), v(b);
+    shape.assign(u.shape(), u.shape() + u.ndim());
+    if (shape != Shape(v.shape(), v.shape() + v.ndim())) return false;
+    Dense pairs(Shape{u.size(), 2});
+    double* to = pairs.mutable_data();
+    for (py::ssize_t i = 0; i < u.size(); ++i) to[2 * i] = u.data()[i], to[2 * i + 1] = v.data()[i];
+    flat = InView(pairs, name, Accept::kFloats);
+    return true;
+  }
 };
 
 int32_t outside_of(bool clamp) {
