@@ -6,6 +6,7 @@
 #include <sgrt.h>
 
 #include <memory>
+#include <mutex>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -19,6 +20,9 @@
 #include "core/roi.hpp"
 #include "core/run.hpp"
 #include "core/surface.hpp"
+#include "nurbs/curve.hpp"
+#include "nurbs/evaluate.hpp"
+#include "nurbs/fit.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
@@ -56,6 +60,22 @@ struct sgrt_stereo_session {
 
 struct sgrt_volume {
   sgrt::ClosedContours body;  // of a CT: its skin alone
+// The texts are written at the first wish for them.
+struct sgrt_nurbs_curve {
+  sgrt::NurbsCurve curve;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_nurbs_surface {
+  explicit sgrt_nurbs_surface(sgrt::NurbsSurface surface) : evaluator(std::move(surface)) {}
+  sgrt::SurfaceEvaluator evaluator;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_nurbs_fit {
+  sgrt::NurbsFit fit;
 };
 
 struct sgrt_icp {

@@ -4,6 +4,7 @@ none.
 A missing file is an OSError, a malformed one sgrt.FormatError (also a ValueError).
 """
 
+from .nurbs import read_nurbs_curve, read_nurbs_surface, write_nurbs
 from .ply import read_surface, write_surface
 from .png import read_image, write_image
 from .poses import PoseTrack, read_poses, write_poses
@@ -14,6 +15,8 @@ from .roi import read_roi, write_roi
 __all__ = [
     "PoseTrack",
     "read_image",
+    "read_nurbs_curve",
+    "read_nurbs_surface",
     "read_pose",
     "read_poses",
     "read_rig",
@@ -21,6 +24,7 @@ __all__ = [
     "read_surface",
     "registration_document",
     "write_image",
+    "write_nurbs",
     "write_poses",
     "write_registration",
     "write_rig",
