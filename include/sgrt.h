@@ -1,8 +1,7 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
- * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo, volume, icp.
  * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo,
- * nurbs_curve, nurbs_surface, nurbs_fit, icp.
+ * nurbs_curve, nurbs_surface, nurbs_fit, volume, icp.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose
  * `a_from_b` maps b-coordinates to a. Pixel (0,0) is the centre of the top-left pixel. The room frame is IEC 61217 fixed:
@@ -478,96 +477,6 @@ SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
 
-/* -------------------------------------------------------------------------------------------------------- volume */
-
-/* A closed body with the skin round it: what a planning CT or a structure set says of the patient. Immutable. */
-typedef struct sgrt_volume sgrt_volume;
-
-typedef struct sgrt_volume_options {
-  uint32_t struct_size;
-  int32_t reserved;
-  double rescale_slope, rescale_intercept; /* value = slope * stored + intercept, HU; default 1, 0 */
-  double threshold_hu;      /* where the skin lies; NaN, the default: at each place half-way between the air outside and the tissue inside */
-  double body_threshold_hu; /* what tells tissue from air to find the body; default -480 */
-  double closing_mm;        /* air that a ball of this radius cannot reach from outside is inside (airways, lips); 0 to 50; default 4 */
-  double smoothing_mm;      /* radius of the quadric that smooths without shrinking, 0: none, at most 50; NaN, the default: 2.5 mm or twice the
-                               coarsest spacing */
-  double padding_hu;        /* value of voxels that were not scanned; NaN, the default: all below -1100 */
-  double down[3];           /* towards the couch, in the volume's frame: (0, 1, 0) in DICOM coordinates of a supine patient. Default 0, 0, 0: no
-                               couch is searched for */
-} sgrt_volume_options;
-SGRT_API sgrt_status sgrt_volume_options_init(sgrt_volume_options *options, size_t size);
-
-/* The skin of a CT volume (docs/theory/volume.md): couch removed, the largest body, airways closed, sub-voxel by the profile across each place of
- * the skin.
- *
- * voxels: slices x rows x columns, i16, u16, u8 or f32, borrowed for the call and not copied. frame_from_voxel: 4 x 4, mm, maps (column, row,
- * slice) to the frame in which the result is wanted; any spacing, oblique or mirrored. options may be NULL.
- *
- * SGRT_E_INVALID_ARGUMENT  dtype, shape, a side below 2; a matrix that is not affine or flattens the volume; an option out of range; a voxel
- *                          that is NaN or Inf
- * SGRT_E_NOT_FOUND         no voxel above body_threshold_hu, or the body meets air nowhere inside the volume
- * SGRT_E_LIMIT             a side above 32,768, more than 4 GiB of voxels
- * SGRT_E_CANCELLED. since 0.1 */
-SGRT_API sgrt_status sgrt_volume_skin(sgrt_context *context, const sgrt_view *voxels, const double frame_from_voxel[16],
-                                      const sgrt_volume_options *options, sgrt_volume **volume);
-
-typedef struct sgrt_contours_options {
-  uint32_t struct_size;
-  int32_t reserved;
-  double pixel_mm;     /* of the maps of distance to the contours, 0.1 to 10; default 0.75 */
-  double smoothing_mm; /* as in sgrt_volume_options; default 0: the surface goes through the contours */
-} sgrt_contours_options;
-SGRT_API sgrt_status sgrt_contours_options_init(sgrt_contours_options *options, size_t size);
-
-/* A closed surface from planar contours on a stack of slices, e.g. the EXTERNAL structure of an RTSTRUCT: between slices the signed distance is
- * interpolated (Raya and Udupa 1990), so that legs and arms branch. Contours within contours are holes (even-odd rule). Slices may be unequally
- * spaced.
- *
- * points: P x 3, mm, all contours one after the other. lengths: C, i32, points of each contour, 3 or more; they sum to P. options may be NULL.
- *
- * SGRT_E_INVALID_ARGUMENT  lengths that do not sum to P; a contour that leaves its plane by more than 0.05 mm, or is not parallel to the others (named)
- * SGRT_E_INSUFFICIENT_DATA all on one slice, no contour with an area
- * SGRT_E_LIMIT             more than 5e8 pixels in all: choose a larger pixel_mm
- * SGRT_E_CANCELLED. since 0.1 */
-SGRT_API sgrt_status sgrt_contours_close(sgrt_context *context, const sgrt_view *points, const sgrt_view *lengths,
-                                         const sgrt_contours_options *options, sgrt_volume **volume);
-SGRT_API void sgrt_volume_free(sgrt_volume *volume);
-
-/* Why a vertex is not skin that was measured; 0: it is. */
-enum {
-  SGRT_SKIN_CUT = 1,     /* the body goes on beyond the volume or the round field of view */
-  SGRT_SKIN_CONTACT = 2, /* the couch or another object touches the skin */
-  SGRT_SKIN_CLOSED = 4,  /* an airway or cavity was closed here */
-  SGRT_SKIN_NO_EDGE = 8  /* no clear edge between air and tissue */
-};
-
-typedef struct sgrt_volume_info {
-  uint32_t struct_size;
-  int32_t couch_found;      /* 1: a couch was found and cut away */
-  int64_t vertex_count, face_count;
-  int64_t flag_count[4];    /* vertices with SGRT_SKIN_CUT, _CONTACT, _CLOSED, _NO_EDGE */
-  double volume_mm3;        /* of the closed mesh */
-  double bias_mm;           /* mean over the unflagged vertices of SGRT_VOLUME_BIAS */
-  double sigma_mm;          /* their median sigma; NaN where there is none */
-  double contrast_hu;       /* median of tissue minus air; NaN for contours */
-  double slice_spacing_mm, largest_gap_mm; /* between slices: the median and the largest */
-  int64_t slice_count;
-} sgrt_volume_info;
-SGRT_API sgrt_status sgrt_volume_summary(const sgrt_volume *volume, sgrt_volume_info *info);
-
-enum {
-  SGRT_VOLUME_POINTS = 1,  /* f64, N x 3, vertices of the closed mesh, mm */
-  SGRT_VOLUME_NORMALS = 2, /* f64, N x 3, outward */
-  SGRT_VOLUME_FACES = 3,   /* i32, M x 3, counter-clockwise seen from outside; each edge has two faces */
-  SGRT_VOLUME_SIGMA = 4,   /* f64, N, one sigma along the normal, mm; NaN where flagged; absent without smoothing and for contours */
-  SGRT_VOLUME_BIAS = 5,    /* f64, N, expected distance of the vertex outside (+) the true skin, mm: threshold and blur */
-  SGRT_VOLUME_FLAGS = 6    /* u8, N, SGRT_SKIN_... */
-};
-SGRT_API sgrt_status sgrt_volume_array(const sgrt_volume *volume, int32_t field, sgrt_view *view);
-/* The part of the mesh whose vertices have none of the flags in `without` (a sum of SGRT_SKIN_...; 15: only measured skin, 0: the closed body), as
- * a surface with normals and, where there is one for every vertex, sigma. SGRT_E_NOT_FOUND  nothing is left. since 0.1 */
-SGRT_API sgrt_status sgrt_volume_surface(const sgrt_volume *volume, int32_t without, sgrt_surface **surface);
 /* --------------------------------------------------------------------------------------------------- nurbs_curve */
 
 /* A non-uniform rational B-spline curve (eq. 10.4 to 10.10; docs/theory/nurbs.md). Immutable; tools give a new one. */
@@ -865,6 +774,96 @@ SGRT_API sgrt_status sgrt_nurbs_fit_evaluate(sgrt_context *context, const sgrt_n
 SGRT_API sgrt_status sgrt_nurbs_fit_nearest(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *points,
                                             const sgrt_mut_view *uv);
 
+/* -------------------------------------------------------------------------------------------------------- volume */
+
+/* A closed body with the skin round it: what a planning CT or a structure set says of the patient. Immutable. */
+typedef struct sgrt_volume sgrt_volume;
+
+typedef struct sgrt_volume_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double rescale_slope, rescale_intercept; /* value = slope * stored + intercept, HU; default 1, 0 */
+  double threshold_hu;      /* where the skin lies; NaN, the default: at each place half-way between the air outside and the tissue inside */
+  double body_threshold_hu; /* what tells tissue from air to find the body; default -480 */
+  double closing_mm;        /* air that a ball of this radius cannot reach from outside is inside (airways, lips); 0 to 50; default 4 */
+  double smoothing_mm;      /* radius of the quadric that smooths without shrinking, 0: none, at most 50; NaN, the default: 2.5 mm or twice the
+                               coarsest spacing */
+  double padding_hu;        /* value of voxels that were not scanned; NaN, the default: all below -1100 */
+  double down[3];           /* towards the couch, in the volume's frame: (0, 1, 0) in DICOM coordinates of a supine patient. Default 0, 0, 0: no
+                               couch is searched for */
+} sgrt_volume_options;
+SGRT_API sgrt_status sgrt_volume_options_init(sgrt_volume_options *options, size_t size);
+
+/* The skin of a CT volume (docs/theory/volume.md): couch removed, the largest body, airways closed, sub-voxel by the profile across each place of
+ * the skin.
+ *
+ * voxels: slices x rows x columns, i16, u16, u8 or f32, borrowed for the call and not copied. frame_from_voxel: 4 x 4, mm, maps (column, row,
+ * slice) to the frame in which the result is wanted; any spacing, oblique or mirrored. options may be NULL.
+ *
+ * SGRT_E_INVALID_ARGUMENT  dtype, shape, a side below 2; a matrix that is not affine or flattens the volume; an option out of range; a voxel
+ *                          that is NaN or Inf
+ * SGRT_E_NOT_FOUND         no voxel above body_threshold_hu, or the body meets air nowhere inside the volume
+ * SGRT_E_LIMIT             a side above 32,768, more than 4 GiB of voxels
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_volume_skin(sgrt_context *context, const sgrt_view *voxels, const double frame_from_voxel[16],
+                                      const sgrt_volume_options *options, sgrt_volume **volume);
+
+typedef struct sgrt_contours_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double pixel_mm;     /* of the maps of distance to the contours, 0.1 to 10; default 0.75 */
+  double smoothing_mm; /* as in sgrt_volume_options; default 0: the surface goes through the contours */
+} sgrt_contours_options;
+SGRT_API sgrt_status sgrt_contours_options_init(sgrt_contours_options *options, size_t size);
+
+/* A closed surface from planar contours on a stack of slices, e.g. the EXTERNAL structure of an RTSTRUCT: between slices the signed distance is
+ * interpolated (Raya and Udupa 1990), so that legs and arms branch. Contours within contours are holes (even-odd rule). Slices may be unequally
+ * spaced.
+ *
+ * points: P x 3, mm, all contours one after the other. lengths: C, i32, points of each contour, 3 or more; they sum to P. options may be NULL.
+ *
+ * SGRT_E_INVALID_ARGUMENT  lengths that do not sum to P; a contour that leaves its plane by more than 0.05 mm, or is not parallel to the others (named)
+ * SGRT_E_INSUFFICIENT_DATA all on one slice, no contour with an area
+ * SGRT_E_LIMIT             more than 5e8 pixels in all: choose a larger pixel_mm
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_contours_close(sgrt_context *context, const sgrt_view *points, const sgrt_view *lengths,
+                                         const sgrt_contours_options *options, sgrt_volume **volume);
+SGRT_API void sgrt_volume_free(sgrt_volume *volume);
+
+/* Why a vertex is not skin that was measured; 0: it is. */
+enum {
+  SGRT_SKIN_CUT = 1,     /* the body goes on beyond the volume or the round field of view */
+  SGRT_SKIN_CONTACT = 2, /* the couch or another object touches the skin */
+  SGRT_SKIN_CLOSED = 4,  /* an airway or cavity was closed here */
+  SGRT_SKIN_NO_EDGE = 8  /* no clear edge between air and tissue */
+};
+
+typedef struct sgrt_volume_info {
+  uint32_t struct_size;
+  int32_t couch_found;      /* 1: a couch was found and cut away */
+  int64_t vertex_count, face_count;
+  int64_t flag_count[4];    /* vertices with SGRT_SKIN_CUT, _CONTACT, _CLOSED, _NO_EDGE */
+  double volume_mm3;        /* of the closed mesh */
+  double bias_mm;           /* mean over the unflagged vertices of SGRT_VOLUME_BIAS */
+  double sigma_mm;          /* their median sigma; NaN where there is none */
+  double contrast_hu;       /* median of tissue minus air; NaN for contours */
+  double slice_spacing_mm, largest_gap_mm; /* between slices: the median and the largest */
+  int64_t slice_count;
+} sgrt_volume_info;
+SGRT_API sgrt_status sgrt_volume_summary(const sgrt_volume *volume, sgrt_volume_info *info);
+
+enum {
+  SGRT_VOLUME_POINTS = 1,  /* f64, N x 3, vertices of the closed mesh, mm */
+  SGRT_VOLUME_NORMALS = 2, /* f64, N x 3, outward */
+  SGRT_VOLUME_FACES = 3,   /* i32, M x 3, counter-clockwise seen from outside; each edge has two faces */
+  SGRT_VOLUME_SIGMA = 4,   /* f64, N, one sigma along the normal, mm; NaN where flagged; absent without smoothing and for contours */
+  SGRT_VOLUME_BIAS = 5,    /* f64, N, expected distance of the vertex outside (+) the true skin, mm: threshold and blur */
+  SGRT_VOLUME_FLAGS = 6    /* u8, N, SGRT_SKIN_... */
+};
+SGRT_API sgrt_status sgrt_volume_array(const sgrt_volume *volume, int32_t field, sgrt_view *view);
+/* The part of the mesh whose vertices have none of the flags in `without` (a sum of SGRT_SKIN_...; 15: only measured skin, 0: the closed body), as
+ * a surface with normals and, where there is one for every vertex, sigma. SGRT_E_NOT_FOUND  nothing is left. since 0.1 */
+SGRT_API sgrt_status sgrt_volume_surface(const sgrt_volume *volume, int32_t without, sgrt_surface **surface);
 /* ----------------------------------------------------------------------------------------------------------- icp */
 
 /* Result of a fine registration. */

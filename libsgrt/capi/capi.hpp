@@ -58,8 +58,6 @@ struct sgrt_stereo_session {
   sgrt_stereo lent;
 };
 
-struct sgrt_volume {
-  sgrt::ClosedContours body;  // of a CT: its skin alone
 // The texts are written at the first wish for them.
 struct sgrt_nurbs_curve {
   sgrt::NurbsCurve curve;
@@ -76,6 +74,10 @@ struct sgrt_nurbs_surface {
 
 struct sgrt_nurbs_fit {
   sgrt::NurbsFit fit;
+};
+
+struct sgrt_volume {
+  sgrt::ClosedContours body;  // of a CT: its skin alone
 };
 
 struct sgrt_icp {

@@ -11,8 +11,8 @@ PYBIND11_MODULE(_core, m) {
   register_frame(m);
   register_rig(m);
   register_stereo(m);
-  register_volume(m);
   register_nurbs(m);
   register_nurbs_fit(m);
+  register_volume(m);
   register_icp(m);
 }
