@@ -234,7 +234,7 @@ ClosedContours close_contours(const Run& run, const std::vector<Points>& contour
   std::vector<std::uint8_t> use(out.skin.flags.size());
   std::transform(out.skin.flags.begin(), out.skin.flags.end(), use.begin(), [](std::uint8_t f) { return f == 0; });
   mesh.normals = soft_normals(run, mesh.points, mesh.faces);
-  const double radius = options.smoothing > 0 ? options.smoothing : 2 * std::max(out.spacing, options.pixel);
+  const double radius = options.smoothing > 0 ? options.smoothing : 1.5 * std::max(out.spacing, options.pixel);
   Smoothed smooth = smooth_mesh(run, mesh.points, mesh.normals, mesh.faces, use, radius, Mat3::Zero());
   mesh.normals = std::move(smooth.normals);
   if (options.smoothing > 0) mesh.points = std::move(smooth.points);
