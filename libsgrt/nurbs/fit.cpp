@@ -23,6 +23,7 @@ constexpr int kHuberSteps = 4, kTukeySteps = 8, kAdaptSteps = 2;
 constexpr double kSettled = 1e-3;             // relative change of the scale
 constexpr double kLambdaStep = 0.05;          // relative, of the derivative that splits noise from bias
 constexpr double kWide = 2.0, kNarrow = 0.7;  // steps in log lambda
+constexpr double kFar = 1e3;                  // times the first lambda: look there again
 
 void check(const NurbsFitOptions& o) {
   const auto refuse = [](const std::string& what) { fail(Status::kInvalidArgument, "options." + what); };
@@ -236,11 +237,15 @@ class Iteration {
 
   void search(double width) {
     const bool given = o_.smoothing == FitSmoothing::kGiven;
-    const double start = given                    ? o_.lambda
-                         : s_.solution.lambda > 0 ? s_.solution.lambda
-                                                  : 0.1 * balanced_lambda(normal_, s_.energy);
+    const double fresh = 0.1 * balanced_lambda(normal_, s_.energy);
+    const double start = given ? o_.lambda : s_.solution.lambda > 0 ? s_.solution.lambda : fresh;
     s_.solution = given || width == 0 ? solve_at(smoother_, normal_, s_.count, start)
                                       : choose(smoother_, normal_, s_.count, start, width);
+    // A small ripple on a large plane: outliers may have led to the plane, which is a minimum too.
+    if (!given && width > 0 && s_.solution.lambda > kFar * fresh) {
+      Solution softer = choose(smoother_, normal_, s_.count, fresh, kWide);
+      if (softer.score < s_.solution.score) s_.solution = std::move(softer);
+    }
     if (s_.solution.c.size() == 0)
       fail(Status::kDegenerate, "surface: leaves control points free at lambda " + text_of(s_.solution.lambda) +
                                     ", expected more points or more smoothing");
