@@ -232,6 +232,12 @@ enum {
  * SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
 SGRT_API sgrt_status sgrt_surface_array(const sgrt_surface *surface, int32_t field, sgrt_view *view);
 
+/* The surface under a rigid motion x -> R x + t (4 x 4, row-major, mm): points, normals, covariance and modes; all else is
+ * kept. A reference for another couch angle: pose from sgrt_frame_couch_turn.
+ * SGRT_E_INVALID_ARGUMENT  not a rigid motion within 1e-6, or it moves a point beyond 1e5 mm. since 0.1 */
+SGRT_API sgrt_status sgrt_surface_move(sgrt_context *context, const sgrt_surface *surface, const double pose[16],
+                                       sgrt_surface **result);
+
 typedef struct sgrt_surface_normals_options {
   uint32_t struct_size;
   int32_t neighbours; /* points of the local fit, 6 to 200; default 24 */
@@ -304,6 +310,17 @@ SGRT_API void sgrt_roi_free(sgrt_roi *roi);
 /* mask: u8, N or H x W as the surface: 1 inside, 0 outside or absent. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_mask(const sgrt_roi *roi, const sgrt_surface *surface, const sgrt_mut_view *mask);
 
+/* The region under a rigid motion, as sgrt_surface_move moves the reference that it was drawn on. A polygon turns about the
+ * vertical alone, a box not at all: SGRT_E_INVALID_ARGUMENT. since 0.1 */
+SGRT_API sgrt_status sgrt_roi_move(const sgrt_roi *roi, const double pose[16], sgrt_roi **result);
+
+enum {
+  SGRT_ROI_POLYGON = 1, /* f64, V x 2, mm; absent for a box */
+  SGRT_ROI_BOX = 2      /* f64, 2 x 3, mm: min and max; absent for a polygon */
+};
+/* Lends what the region was made from; it lives as long as the region. SGRT_E_INVALID_ARGUMENT  unknown field. since 0.1 */
+SGRT_API sgrt_status sgrt_roi_array(const sgrt_roi *roi, int32_t field, sgrt_view *view);
+
 /* --------------------------------------------------------------------------------------------------------- frame */
 
 /* Where the patient is: D(x) = R (x - iso) + iso + t maps the reference (the plan) to the live patient, with
@@ -333,6 +350,12 @@ SGRT_API sgrt_status sgrt_frame_pose_from_displacement(const sgrt_patient_displa
 SGRT_API sgrt_status sgrt_frame_pose_from_correction(const sgrt_couch_correction *correction,
                                                      const double isocentre_mm[3], double reference_from_live[16]);
 
+/* What a couch without pitch and roll can do about it: the correction by lat, lng, vrt and rtn that brings the isocentre back
+ * exactly and takes away the turn about the vertical; `remaining` is what the patient is then displaced by: his pitch and
+ * roll alone (docs/theory/frames.md eq. 5). Either output may be NULL. Errors as sgrt_frame_shift_from_pose. since 0.1 */
+SGRT_API sgrt_status sgrt_frame_four_dof(const double reference_from_live[16], const double isocentre_mm[3],
+                                         sgrt_couch_correction *correction, sgrt_patient_displacement *remaining);
+
 enum { SGRT_HFS = 0, SGRT_HFP = 1, SGRT_FFS = 2, SGRT_FFP = 3, SGRT_HFDL = 4, SGRT_HFDR = 5, SGRT_FFDL = 6, SGRT_FFDR = 7 };
 /* IEC 61217 fixed (couch at 0, plan's isocentre at the origin) from DICOM patient coordinates (LPS), 4 x 4.
  * patient_position: SGRT_HFS ... isocentre_dicom_mm: the plan's (300A,012C). since 0.1 */
@@ -340,6 +363,11 @@ SGRT_API sgrt_status sgrt_frame_fixed_from_dicom(int32_t patient_position, const
                                                  double fixed_from_dicom[16]);
 /* IEC 61217 fixed from the couch (patient support) turned by couch_deg, counter-clockwise seen from above: Rz, 4 x 4. since 0.1 */
 SGRT_API sgrt_status sgrt_frame_fixed_from_couch(double couch_deg, double fixed_from_couch[16]);
+/* IEC 61217 fixed from the gantry turned by gantry_deg, clockwise seen by who faces it: Ry, 4 x 4. since 0.1 */
+SGRT_API sgrt_status sgrt_frame_fixed_from_gantry(double gantry_deg, double fixed_from_gantry[16]);
+/* How what lies on the couch moves in the room when the couch turns from 0 to couch_deg: about the vertical through the
+ * isocentre. pose: 4 x 4, for sgrt_surface_move and sgrt_roi_move. since 0.1 */
+SGRT_API sgrt_status sgrt_frame_couch_turn(double couch_deg, const double isocentre_mm[3], double pose[16]);
 
 /* ----------------------------------------------------------------------------------------------------------- rig */
 
