@@ -170,7 +170,7 @@ static void test_move(void) {
   CHECK_NEAR(numbers_of(result, SGRT_SURFACE_SIGMA)[0], 0.5, 0);
   for (i = 0; i < 6; ++i) CHECK_NEAR(numbers_of(result, SGRT_SURFACE_COVARIANCE)[i], turned[i], 1e-12);
   sgrt_surface_free(result), result = NULL;
-  pose[3] = 1e5;
+  pose[7] = 1e5;
   CHECK_INVALID(sgrt_surface_move(NULL, surface, pose, &result), "points[0]");
   pose[0] = 2;
   CHECK_INVALID(sgrt_surface_move(NULL, surface, pose, &result), "pose");

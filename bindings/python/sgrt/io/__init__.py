@@ -4,6 +4,7 @@ none.
 A missing file is an OSError, a malformed one sgrt.FormatError (also a ValueError).
 """
 
+from .captures import Capture, read_captures, write_captures
 from .ply import read_surface, write_surface
 from .png import read_image, write_image
 from .poses import PoseTrack, read_poses, write_poses
@@ -12,7 +13,9 @@ from .rig import read_rig, write_rig
 from .roi import read_roi, write_roi
 
 __all__ = [
+    "Capture",
     "PoseTrack",
+    "read_captures",
     "read_image",
     "read_pose",
     "read_poses",
@@ -20,6 +23,7 @@ __all__ = [
     "read_roi",
     "read_surface",
     "registration_document",
+    "write_captures",
     "write_image",
     "write_poses",
     "write_registration",
