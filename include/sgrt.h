@@ -608,7 +608,7 @@ SGRT_API sgrt_status sgrt_tracker_options_init(sgrt_tracker_options *options, si
  * breathing amplitude, outward positive; NULL: no trace, and options->gated must be 0. options, icp_options may be NULL; the
  * latter's weak_sigma_mm is lowered to half the tolerance. The reference is kept; it may be freed.
  * SGRT_E_INVALID_ARGUMENT   an option out of range, gated without gate_roi
- * SGRT_E_INSUFFICIENT_DATA  fewer than 6 points of the reference in gate_roi; *tracker is not written. since 0.1 */
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 6 points of the reference in roi or gate_roi; *tracker is not written. since 0.1 */
 SGRT_API sgrt_status sgrt_tracker_create(sgrt_context *context, const sgrt_surface *reference,
                                          const double isocentre_mm[3], const sgrt_roi *roi, const sgrt_roi *gate_roi,
                                          const sgrt_tracker_options *options, const sgrt_icp_options *icp_options,

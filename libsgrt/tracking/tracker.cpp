@@ -97,9 +97,9 @@ void Tracker::replace_reference(const Run& run, std::shared_ptr<const Surface> r
   }
   std::unique_ptr<Breathing> breathing;
   if (patch != nullptr) breathing = std::make_unique<Breathing>(run, *reference, *patch);
-  reference_ = std::move(reference);
+  reference_ = prepare_reference(run, *reference, roi);
+  surface_ = std::move(reference);
   breathing_ = std::move(breathing);
-  roi_ = roi != nullptr ? std::optional<Roi>(*roi) : std::nullopt;
   beam_ = Beam(beam_options(options_));
   last_.reset();
   before_.reset();
@@ -121,7 +121,7 @@ Pose Tracker::predicted(double time) const {
 
 bool Tracker::align_from(const Run& run, const Surface& live, const Pose& start) {
   ++frame_.attempts;
-  IcpResult r = align(run, *reference_, live, isocentre_, roi_ ? &*roi_ : nullptr, start, options_.icp);
+  IcpResult r = align(run, *reference_, live, isocentre_, start, options_.icp);
   const bool good = trusted(r);
   // The first attempt tells what is the matter, unless a later one gets further.
   if (frame_.attempts == 1 || good || (r.status == Status::kOk && frame_.icp.status != Status::kOk)) {

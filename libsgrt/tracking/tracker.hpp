@@ -66,8 +66,8 @@ class Tracker {
 
   Vec3 isocentre_;
   TrackerOptions options_;
-  std::shared_ptr<const Surface> reference_;
-  std::optional<Roi> roi_;
+  std::shared_ptr<const Surface> surface_;  // with normals; breathing_ looks at it
+  std::shared_ptr<const Reference> reference_;
   std::unique_ptr<Breathing> breathing_;
   Beam beam_;
   std::optional<Seen> last_, before_;  // trusted frames; `before_` only if the motion between them may be carried on
