@@ -23,6 +23,7 @@ constexpr int kHuberSteps = 4, kTukeySteps = 8, kAdaptSteps = 2;
 constexpr double kSettled = 1e-3;             // relative change of the scale
 constexpr double kLambdaStep = 0.05;          // relative, of the derivative that splits noise from bias
 constexpr double kWide = 2.0, kNarrow = 0.7;  // steps in log lambda
+constexpr double kFar = 1e3;                  // times the first lambda: look there again
 
 void check(const NurbsFitOptions& o) {
   const auto refuse = [](const std::string& what) { fail(Status::kInvalidArgument, "options." + what); };
@@ -159,7 +160,7 @@ struct State {
   FitPoints points;
   Trend trend;
   Residuals residuals;
-  std::vector<double> robust;
+  std::vector<double> robust, scales;  // a point, a cell
   Solution solution;
   double count = 0, scale = 0;
   int iterations = 0;
@@ -190,8 +191,25 @@ class Iteration {
     adaptively(Robust::kTukey, kNarrow);
   }
 
-  // The last normal equations solved with another lambda.
-  Solution again(double lambda) const { return solve_at(smoother_, normal_, s_.count, lambda); }
+  // What the posterior is made of: the covariance of the coefficients and its noise, for noise of the variance 1.
+  struct Posterior {
+    Band inverse, stiffer;
+    double share, inflation;
+  };
+  Posterior posterior(double variance) {
+    Response response;
+    if (o_.robust) {
+      response = tukey_response(s_.points, s_.residuals, s_.scale, s_.scales, o_.tukey, s_.robust);
+      normal_ = normal_equations(smoother_.run, smoother_.grid, s_.points);
+    }
+    Smoother given = smoother_;
+    given.method = FitSmoothing::kGiven;
+    const double lambda = s_.solution.lambda, inflation = response.square / response.slope;
+    const Solution now = solve_at(given, normal_, s_.count, lambda);
+    const Solution stiffer = solve_at(given, normal_, s_.count, lambda * (1 + kLambdaStep));
+    const double share = bias_share(given, normal_, now.factor, lambda, s_.solution.c, variance * inflation);
+    return {inverse_band(smoother_.run, now.factor), inverse_band(smoother_.run, stiffer.factor), share, inflation};
+  }
 
  private:
   // One solution with new weights; searched: lambda anew, in steps of this size.
@@ -200,7 +218,7 @@ class Iteration {
       s_.robust.assign(s_.points.row.size(), 1.0);
       s_.count = static_cast<double>(s_.points.size()) / correlation_;
     } else {
-      s_.count = reweigh(s_.points, s_.residuals, how, s_.scale, o_.tukey, correlation_, s_.robust);
+      s_.count = reweigh(s_.points, s_.residuals, how, s_.scales, o_.tukey, correlation_, s_.robust);
     }
     for (const std::size_t k : lonely_) {
       s_.count -= s_.robust[k] / correlation_;
@@ -210,16 +228,24 @@ class Iteration {
     search(searched);
     residuals(smoother_.run, chart_, smoother_.grid, s_.points, s_.trend, s_.solution.c, correlation_, s_.residuals);
     s_.scale = mad(s_.residuals, s_.robust);
+    if (o_.robust)
+      s_.scales = local_scales(smoother_.grid, s_.points, s_.residuals, s_.scale);
+    else
+      s_.scales.assign(s_.stiffness.size(), s_.scale);
     ++s_.iterations;
   }
 
   void search(double width) {
     const bool given = o_.smoothing == FitSmoothing::kGiven;
-    const double start = given                    ? o_.lambda
-                         : s_.solution.lambda > 0 ? s_.solution.lambda
-                                                  : 0.1 * balanced_lambda(normal_, s_.energy);
+    const double fresh = 0.1 * balanced_lambda(normal_, s_.energy);
+    const double start = given ? o_.lambda : s_.solution.lambda > 0 ? s_.solution.lambda : fresh;
     s_.solution = given || width == 0 ? solve_at(smoother_, normal_, s_.count, start)
                                       : choose(smoother_, normal_, s_.count, start, width);
+    // A small ripple on a large plane: outliers may have led to the plane, which is a minimum too.
+    if (!given && width > 0 && s_.solution.lambda > kFar * fresh) {
+      Solution softer = choose(smoother_, normal_, s_.count, fresh, kWide);
+      if (softer.score < s_.solution.score) s_.solution = std::move(softer);
+    }
     if (s_.solution.c.size() == 0)
       fail(Status::kDegenerate, "surface: leaves control points free at lambda " + text_of(s_.solution.lambda) +
                                     ", expected more points or more smoothing");
@@ -245,15 +271,13 @@ class Iteration {
 };
 
 // Sigma of the data beyond what they claim, from the residuals; the posterior's scale.
-double noise_variance(const State& s, const NurbsFitOptions& o, double parameters, double columns, double& inflation) {
-  inflation = 1;
+double noise_variance(const State& s, const NurbsFitOptions& o, double parameters, double columns) {
   double inliers = 0, sum = 0;
   for (std::size_t k = 0; k < s.robust.size(); ++k)
     if (s.robust[k] > 0) inliers += 1, sum += s.residuals.z[k] * s.residuals.z[k];
   const double left = inliers - parameters;
   if (!(left > 0.2 * inliers)) return s.solution.deviance / (columns * std::max(1.0, s.count - 3));
   if (!o.robust) return sum / left;
-  inflation = tukey_inflation(s.residuals, s.scale, o.tukey);
   return s.scale * s.scale * inliers / left;
 }
 
@@ -305,13 +329,12 @@ NurbsFit fit_nurbs(const Run& run, const Surface& surface, const NurbsFitOptions
   fit.point_count = present;
   fit.iterations = s.iterations;
   fit.has_sigma = surface.sigma.size() > 0 || surface.covariance.rows() > 0;
-  double inflation;
-  const double variance = noise_variance(s, options, fit.effective_parameters, fit.chart.columns(), inflation);
+  const double variance = noise_variance(s, options, fit.effective_parameters, fit.chart.columns());
   fit.noise = std::sqrt(variance);
   mark_occupied(fit, s.points, s.robust);
-  const Solution stiffer = iteration.again(fit.lambda * (1 + kLambdaStep));
-  keep_covariance(fit, inverse, inverse_band(run, stiffer.factor), kLambdaStep,
-                  inflation * (fit.has_sigma ? std::max(1.0, variance) : variance));
+  const Iteration::Posterior p = iteration.posterior(variance);
+  keep_covariance(fit, p.inverse, p.stiffer, kLambdaStep, p.share,
+                  p.inflation * (fit.has_sigma ? std::max(1.0, variance) : variance));
   fit.coefficients = s.solution.c;
   for (int j = 0; j < fit.grid.nv(); ++j)
     for (int i = 0; i < fit.grid.nu(); ++i)

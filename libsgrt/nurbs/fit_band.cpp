@@ -75,13 +75,16 @@ bool factorise(const Run& run, Band& a) {
   return true;
 }
 
-void solve(const Band& L, double* x) {
+void solve_lower(const Band& L, double* x) {
   for (int j = 0; j < L.size; ++j) {
     const double* c = column(L, j);
     const int n = std::min(L.width, L.size - 1 - j);
     const double f = x[j] /= c[0];
     for (int i = 1; i <= n; ++i) x[j + i] -= f * c[i];
   }
+}
+
+void solve_upper(const Band& L, double* x) {
   for (int j = L.size - 1; j >= 0; --j) {
     const double* c = column(L, j);
     const int n = std::min(L.width, L.size - 1 - j);
@@ -89,6 +92,24 @@ void solve(const Band& L, double* x) {
     for (int i = 1; i <= n; ++i) sum -= c[i] * x[j + i];
     x[j] = sum / c[0];
   }
+}
+
+void solve(const Band& L, double* x) {
+  solve_lower(L, x);
+  solve_upper(L, x);
+}
+
+std::vector<double> multiply(const Band& a, const double* x) {
+  std::vector<double> y(static_cast<std::size_t>(a.size), 0.0);
+  for (int j = 0; j < a.size; ++j) {
+    const double* c = column(a, j);
+    const int n = std::min(a.width, a.size - 1 - j);
+    double* __restrict to = y.data() + j;
+    double sum = c[0] * x[j];
+    for (int i = 1; i <= n; ++i) to[i] += c[i] * x[j], sum += c[i] * x[j + i];
+    to[0] += sum;
+  }
+  return y;
 }
 
 double log_determinant(const Band& L) {

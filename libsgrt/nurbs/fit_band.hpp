@@ -24,8 +24,13 @@ struct Band {
 // A = L L^T in place. False, and the matrix spoilt, where it is not positive definite.
 bool factorise(const Run& run, Band& A);
 
-// x <- A^-1 x from the factor.
+// x <- L^-1 x, x <- L^-T x, x <- A^-1 x.
+void solve_lower(const Band& L, double* x);
+void solve_upper(const Band& L, double* x);
 void solve(const Band& L, double* x);
+
+// A x, for the symmetric matrix whose lower triangle is kept.
+std::vector<double> multiply(const Band& A, const double* x);
 
 double log_determinant(const Band& L);
 

@@ -2,6 +2,8 @@
 // returns is on clamped knots and spans the same splines. docs/theory/nurbs_fit.md eq. 5.
 #pragma once
 
+#include <algorithm>
+
 #include "nurbs/fit.hpp"
 
 namespace sgrt {
@@ -27,6 +29,17 @@ inline void cell_basis2(double t, double* b) {
   b[1] = 3 * t - 2;
   b[2] = 1 - 3 * t;
   b[3] = t;
+}
+
+// f(i, j) for a cell and the up to eight about it.
+template <class F>
+void for_neighbours(const FitGrid& g, int i, int j, F&& f) {
+  for (int y = std::max(0, j - 1); y <= std::min(g.cells_v - 1, j + 1); ++y) {
+    for (int x = i - 1; x <= i + 1; ++x) {
+      const int k = g.periodic ? (x + g.cells_u) % g.cells_u : x;
+      if (k >= 0 && k < g.cells_u) f(k, y);
+    }
+  }
 }
 
 // The cell of x in mm from 0 and where in it; x outside belongs to the cell at the end.

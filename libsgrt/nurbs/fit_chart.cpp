@@ -236,21 +236,21 @@ void set_domain(Chart& c, const Surface& s) {
 }
 
 // How steep f is in a chart: 90 % of the bins rise by less than this a mm. Where the body folds over, bins hold both of
-// its sides.
+// its sides. A bin holds about twenty points, of which a fifth at either end may be outliers.
 double steepness(const Chart& c, const Surface& s, const Sample& sample) {
-  constexpr int kSide = 32;
-  const double cell = std::max(c.length_u, c.length_v) / kSide * 1.0001;
-  std::vector<std::vector<double>> bins(kSide * kSide);
+  const int side = std::clamp(static_cast<int>(std::sqrt(static_cast<double>(sample.index.size()) / 20)), 6, 32);
+  const double cell = std::max(c.length_u, c.length_v) / side * 1.0001;
+  std::vector<std::vector<double>> bins(static_cast<std::size_t>(side) * side);
   for (const auto i : sample.index) {
     const ChartPoint p = to_chart(c, s.point(i));
     if (!(p.u >= 0 && p.u <= c.length_u)) continue;
-    bins[static_cast<int>(p.v / cell) * kSide + static_cast<int>(p.u / cell)].push_back(p.f);
+    bins[static_cast<int>(p.v / cell) * side + static_cast<int>(p.u / cell)].push_back(p.f);
   }
   std::vector<double> rises;
   for (auto& f : bins) {
     if (f.size() < 8) continue;
     std::sort(f.begin(), f.end());
-    rises.push_back((f[f.size() * 9 / 10] - f[f.size() / 10]) / (0.8 * cell));
+    rises.push_back((f[f.size() * 4 / 5] - f[f.size() / 5]) / (0.6 * cell));
   }
   if (rises.empty()) return 0;
   std::sort(rises.begin(), rises.end());

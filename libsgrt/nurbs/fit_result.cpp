@@ -10,8 +10,7 @@ namespace sgrt {
 namespace {
 
 constexpr double kPointsPerBin = 4;  // so that a bin among points is empty once in fifty
-constexpr double kBiasShare = 0.25;
-constexpr int kMaxBins = 4;  // along a side of a cell
+constexpr int kMaxBins = 4;          // along a side of a cell
 
 // B_j(xi_i): clamped cubic splines at their Greville abscissae.
 Eigen::MatrixXd collocation(const SplineBasis& basis, const std::vector<double>& at) {
@@ -44,14 +43,9 @@ std::vector<char> majority(const FitGrid& g, const std::vector<char>& full) {
   std::vector<char> out(full.size());
   for (int j = 0; j < g.cells_v; ++j) {
     for (int i = 0; i < g.cells_u; ++i) {
-      int near = 0;
-      for (int y = std::max(0, j - 1); y <= std::min(g.cells_v - 1, j + 1); ++y) {
-        for (int x = i - 1; x <= i + 1; ++x) {
-          const int k = g.periodic ? (x + g.cells_u) % g.cells_u : x;
-          if (k >= 0 && k < g.cells_u && (k != i || y != j)) near += full[static_cast<std::size_t>(y) * g.cells_u + k];
-        }
-      }
       const std::size_t c = static_cast<std::size_t>(j) * g.cells_u + i;
+      int near = -full[c];
+      for_neighbours(g, i, j, [&](int x, int y) { near += full[static_cast<std::size_t>(y) * g.cells_u + x]; });
       out[c] = full[c] ? near >= 3 : near >= 5;
     }
   }
@@ -98,11 +92,10 @@ void make_surface_of(NurbsFit& fit) {
   fit.conversion_error = worst_difference(fit);
 }
 
-// The posterior A^-1 is noise, A^-1 X A^-1, plus the bias that the prior expects, B = -d A^-1 / d log lambda. Skin is
-// smoother than draws of the prior: at the best lambda the bias is B / 4 for a smooth surface, B for one as rough as
-// the prior. We take B / 4 among points, and all of B where there are none (eq. 19).
-void keep_covariance(NurbsFit& fit, const Band& z, const Band& stiffer, double step, double scale) {
-  const double part = (1 - kBiasShare) / step;
+// The posterior A^-1 is noise, A^-1 X A^-1, plus the bias that the prior expects, B = -d A^-1 / d log lambda. Among
+// points we take the share of B that the data show (bias_share), and all of B where there are none (eq. 19).
+void keep_covariance(NurbsFit& fit, const Band& z, const Band& stiffer, double step, double share, double scale) {
+  const double part = (1 - share) / step;
   const FitGrid& g = fit.grid;
   fit.covariance.assign(static_cast<std::size_t>(g.size()) * kNeighbourSlots, 0.0);
   for (int j = 0; j < g.nv(); ++j) {

@@ -10,7 +10,7 @@ namespace sgrt {
 void make_surface_of(NurbsFit& fit);
 
 // fit.covariance from the band of the inverse and of that at lambda (1 + step), times `scale`. Needs fit.occupied.
-void keep_covariance(NurbsFit& fit, const Band& inverse, const Band& stiffer, double step, double scale);
+void keep_covariance(NurbsFit& fit, const Band& inverse, const Band& stiffer, double step, double share, double scale);
 
 // fit.occupied from the points with robust[k] > 0.
 void mark_occupied(NurbsFit& fit, const FitPoints& points, const std::vector<double>& robust);

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <numeric>
 
 namespace sgrt {
 namespace {
@@ -43,6 +45,14 @@ std::vector<double> window_sums(const FitGrid& g, const std::vector<double>& x) 
     for (int d = std::max(-kWindow, -j); d <= std::min(kWindow, g.cells_v - 1 - j); ++d)
       for (int i = 0; i < g.cells_u; ++i) out[at(i, j)] += rows[at(i, j + d)];
   return out;
+}
+
+// Beyond this lambda even the data's word on x^2 along the longer side is lost (its energy is 720 / L^4 of its square):
+// a chart that happens to fit would be taken for the truth.
+double stiffest(const FitGrid& g, const Normal& normal) {
+  const std::vector<double> ones(static_cast<std::size_t>(g.size()), 1.0), sums = multiply(normal.gram, ones.data());
+  const double lu = g.cells_u * g.hu, lv = g.cells_v * g.hv, weight = std::accumulate(sums.begin(), sums.end(), 0.0);
+  return weight / (lu * lv) * std::pow(std::max(lu, lv), 4) / 720;
 }
 
 }  // namespace
@@ -93,6 +103,46 @@ void adapt(const Smoother& s, const Solution& solution, double count, std::vecto
     stiffness[c] = std::clamp(stiffness[c] * (known[c] + kDoubt) / (bends[c] + kDoubt), 1 / kMostUneven, kMostUneven);
 }
 
+// With H the smoother and h its eigenvalues, E |H (I - H) y|^2 / variance is tr H^2 (I - H)^2 for noise alone and tr
+// H^2 (I - H) under the prior. The traces by Hutchinson's estimator with fixed signs in the basis of the factor, where
+// H is L^-1 X L^-T.
+double bias_share(const Smoother& s, const Normal& normal, const Band& factor, double lambda, const Eigen::MatrixXd& c,
+                  double variance) {
+  constexpr int kProbes = 8;
+  constexpr double kPriorShare = 0.25,
+                   kPriorWeight = 2;  // a smooth surface at the best lambda, where the data say little
+  double taken = 0;
+  for (Eigen::Index d = 0; d < c.cols(); ++d) {
+    std::vector<double> r = multiply(s.energy, c.col(d).data());
+    for (double& x : r) x *= lambda;
+    solve(factor, r.data());
+    const std::vector<double> Xr = multiply(normal.gram, r.data());
+    for (std::size_t i = 0; i < r.size(); ++i) taken += r[i] * Xr[i] / (static_cast<double>(c.cols()) * variance);
+  }
+  const auto smooth = [&](std::vector<double> x) {
+    solve_upper(factor, x.data());
+    x = multiply(normal.gram, x.data());
+    solve_lower(factor, x.data());
+    return x;
+  };
+  double noise = 0, prior = 0;
+  std::uint64_t bits = 1;
+  for (int k = 0; k < kProbes; ++k) {
+    std::vector<double> z(static_cast<std::size_t>(factor.size));
+    for (double& x : z) {
+      bits = bits * 6364136223846793005U + 1442695040888963407U;
+      x = bits >> 63 ? 1 : -1;
+    }
+    const std::vector<double> h = smooth(z), hh = smooth(h);
+    for (std::size_t i = 0; i < h.size(); ++i) {
+      noise += (h[i] - hh[i]) * (h[i] - hh[i]) / kProbes;
+      prior += h[i] * (h[i] - hh[i]) / kProbes;
+    }
+  }
+  return std::clamp((taken - noise + kPriorWeight * kPriorShare) / (std::max(0.0, prior - noise) + kPriorWeight), 0.0,
+                    1.0);
+}
+
 Solution solve_at(const Smoother& s, const Normal& normal, double count, double lambda) {
   Solution r;
   r.lambda = lambda;
@@ -129,7 +179,7 @@ Solution solve_at(const Smoother& s, const Normal& normal, double count, double 
 Solution choose(const Smoother& s, const Normal& normal, double count, double start, double step) {
   if (s.method == FitSmoothing::kGiven) return solve_at(s, normal, count, s.lambda);
   const double middle = std::log(balanced_lambda(normal, s.energy));
-  const double low = middle - kReach, high = middle + kReach;
+  const double low = middle - kReach, high = std::max(low + 3 * step, std::log(stiffest(s.grid, normal)));
   const auto at = [&](double x) { return solve_at(s, normal, count, std::exp(x)); };
   double x = std::clamp(std::log(start), low + step, high - step), xl = x - step, xr = x + step;
   Solution best = at(x);

@@ -35,6 +35,11 @@ double balanced_lambda(const Normal& normal, const Band& energy);
 // Schall's fixed point (Wood and Fasiolo 2017) in a window about each cell. Without points nothing changes.
 void adapt(const Smoother& smoother, const Solution& solution, double count, std::vector<double>& stiffness);
 
+// How much of the bias that the prior expects is there: 0 for a surface that the smoothing leaves as it is, 1 for one
+// as rough as the prior. From what a second smoothing takes off, less what it takes off noise of this variance.
+double bias_share(const Smoother& smoother, const Normal& normal, const Band& factor, double lambda,
+                  const Eigen::MatrixXd& c, double variance);
+
 // tr(A^-1 P) from the band of A^-1.
 double trace_product(const Band& inverse, const Band& P);
 

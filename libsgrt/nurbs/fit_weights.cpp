@@ -86,12 +86,7 @@ std::vector<std::size_t> lonely(const FitGrid& g, const FitPoints& p) {
   for (int j = 0; j < g.cells_v; ++j) {
     for (int i = 0; i < g.cells_u; ++i) {
       std::int64_t sum = 0;
-      for (int y = std::max(0, j - 1); y <= std::min(g.cells_v - 1, j + 1); ++y) {
-        for (int x = i - 1; x <= i + 1; ++x) {
-          const int k = g.periodic ? (x + g.cells_u) % g.cells_u : x;
-          if (k >= 0 && k < g.cells_u) sum += count(k, y);
-        }
-      }
+      for_neighbours(g, i, j, [&](int x, int y) { sum += count(x, y); });
       about.push_back(sum);
       of_points.insert(of_points.end(), static_cast<std::size_t>(count(i, j)), sum);
     }
@@ -116,33 +111,66 @@ double mad(const Residuals& r, const std::vector<double>& robust) {
   return std::max(1.4826 * *middle, kExact);
 }
 
-double reweigh(FitPoints& p, const Residuals& r, Robust how, double scale, double tukey, double correlation,
-               std::vector<double>& robust) {
-  double count = 0;
-  for (std::size_t k = 0; k < r.z.size(); ++k) {
-    double w = 1;
-    const double t = std::abs(r.z[k]) / scale;
-    if (how == Robust::kHuber && t > kHuber) w = kHuber / t;
-    if (how == Robust::kTukey) {
-      const double q = t / tukey;
-      w = q < 1 ? (1 - q * q) * (1 - q * q) : 0;
+std::vector<double> local_scales(const FitGrid& g, const FitPoints& p, const Residuals& r, double scale) {
+  constexpr double kClearly = 1.5;
+  constexpr std::size_t kEnough = 16;  // points, so that a third of them may be outliers
+  std::vector<double> scales(p.cell_begin.size() - 1, scale), a;
+  const auto gather = [&](int i, int j) {
+    const std::int64_t c = static_cast<std::int64_t>(j) * g.cells_u + i;
+    for (std::int64_t k = p.cell_begin[c]; k < p.cell_begin[c + 1]; ++k) a.push_back(std::abs(r.z[k]));
+  };
+  for (int j = 0; j < g.cells_v; ++j) {
+    for (int i = 0; i < g.cells_u; ++i) {
+      a.clear();
+      gather(i, j);
+      if (a.size() < kEnough) {
+        a.clear();
+        for_neighbours(g, i, j, gather);
+      }
+      if (a.size() < kEnough) continue;
+      const auto middle = a.begin() + static_cast<std::ptrdiff_t>(a.size() / 2);
+      std::nth_element(a.begin(), middle, a.end());
+      if (1.4826 * *middle > kClearly * scale) scales[static_cast<std::size_t>(j) * g.cells_u + i] = 1.4826 * *middle;
     }
-    robust[k] = w;
-    p.weight[k] = p.precision[k] * r.cosine[k] * r.cosine[k] * w;
-    count += w;
+  }
+  return scales;
+}
+
+double reweigh(FitPoints& p, const Residuals& r, Robust how, const std::vector<double>& scales, double tukey,
+               double correlation, std::vector<double>& robust) {
+  double count = 0;
+  for (std::size_t cell = 0; cell < scales.size(); ++cell) {
+    for (std::int64_t k = p.cell_begin[cell]; k < p.cell_begin[cell + 1]; ++k) {
+      double w = 1;
+      const double t = std::abs(r.z[k]) / scales[cell];
+      if (how == Robust::kHuber && t > kHuber) w = kHuber / t;
+      if (how == Robust::kTukey) {
+        const double q = t / tukey;
+        w = q < 1 ? (1 - q * q) * (1 - q * q) : 0;
+      }
+      robust[k] = w;
+      p.weight[k] = p.precision[k] * r.cosine[k] * r.cosine[k] * w;
+      count += w;
+    }
   }
   return count / correlation;
 }
 
-double tukey_inflation(const Residuals& r, double scale, double tukey) {
-  double n = 0, psi2 = 0, slope = 0, weight = 0;
-  for (const double z : r.z) {
-    const double t = z / scale, q = t * t / (tukey * tukey);
-    if (q >= 1) continue;
-    const double w = (1 - q) * (1 - q);
-    n += 1, weight += w, psi2 += t * t * w * w, slope += (1 - q) * (1 - 5 * q);
+Response tukey_response(FitPoints& p, const Residuals& r, double scale, const std::vector<double>& scales, double tukey,
+                        const std::vector<double>& robust) {
+  double n = 0, square = 0, slope = 0;
+  for (std::size_t cell = 0; cell < scales.size(); ++cell) {
+    for (std::int64_t k = p.cell_begin[cell]; k < p.cell_begin[cell + 1]; ++k) {
+      p.weight[k] = 0;
+      if (!(robust[k] > 0)) continue;
+      const double t = r.z[k] / scales[cell], q = t * t / (tukey * tukey), local = scale / scales[cell];
+      n += 1, square += t * t * std::pow(1 - q, 4), slope += (1 - q) * (1 - 5 * q);
+      p.weight[k] = p.precision[k] * r.cosine[k] * r.cosine[k] * local * local;
+    }
   }
-  return n > 0 && slope > 0.1 * n ? std::max(1.0, psi2 * weight / (slope * slope)) : 1;
+  if (!(slope > 0.1 * n)) return {};
+  for (double& w : p.weight) w *= slope / n;
+  return {slope / n, square / n};
 }
 
 }  // namespace sgrt

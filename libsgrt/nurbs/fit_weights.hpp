@@ -27,13 +27,25 @@ double mad(const Residuals& residuals, const std::vector<double>& robust);
 // that no good point contradicts, in a hole or beyond the border. Rows of `points`.
 std::vector<std::size_t> lonely(const FitGrid& grid, const FitPoints& points);
 
+// The scale by which each cell's residuals are judged: the global one, or that of the cell and its neighbours where it
+// is clearly larger. There the surface does not follow the points, and a point that its neighbours confirm is no
+// outlier.
+std::vector<double> local_scales(const FitGrid& grid, const FitPoints& points, const Residuals& residuals,
+                                 double scale);
+
 enum class Robust { kNone, kHuber, kTukey };
 
-// robust[k] from z, and points.weight = precision x cosine^2 x robust. Returns the number of samples that count.
-double reweigh(FitPoints& points, const Residuals& residuals, Robust how, double scale, double tukey,
-               double correlation, std::vector<double>& robust);
+// robust[k] from z, and points.weight = precision x cosine^2 x robust. scales: a number a cell. Returns the number of
+// samples that count.
+double reweigh(FitPoints& points, const Residuals& residuals, Robust how, const std::vector<double>& scales,
+               double tukey, double correlation, std::vector<double>& robust);
 
-// By how much the variance of a Tukey estimate exceeds what its weights say: E psi^2 E w / (E psi')^2.
-double tukey_inflation(const Residuals& residuals, double scale, double tukey);
+// How Tukey's estimate answers to the noise of its inliers: the means of psi' and of psi^2, in units of the scale.
+// points.weight becomes precision x cosine^2 x psi' (its mean), less where the local scale is larger.
+struct Response {
+  double slope = 1, square = 1;
+};
+Response tukey_response(FitPoints& points, const Residuals& residuals, double scale, const std::vector<double>& scales,
+                        double tukey, const std::vector<double>& robust);
 
 }  // namespace sgrt

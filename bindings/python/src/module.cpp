@@ -15,4 +15,5 @@ PYBIND11_MODULE(_core, m) {
   register_nurbs_fit(m);
   register_volume(m);
   register_icp(m);
+  register_tracker(m);
 }
