@@ -1,7 +1,5 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
- * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo,
- * nurbs_curve, nurbs_surface, nurbs_fit, volume, icp.
  * This header is the C manual; its sections follow the pipeline.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose

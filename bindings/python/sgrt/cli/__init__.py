@@ -10,8 +10,7 @@ import click
 
 from .. import __version__
 from ..errors import Error
-from . import evaluate, fit, reference, register, stereo
-from . import evaluate, fit, register, stereo, track
+from . import evaluate, fit, reference, register, stereo, track
 from ._common import Failure, exit_code, one_line
 
 
