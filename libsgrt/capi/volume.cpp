@@ -109,6 +109,8 @@ ContoursOptions from_c(const sgrt_contours_options& c) {
 
 std::vector<Points> contours_of(const sgrt_view* points, const sgrt_view* lengths) {
   const Points all = read_points(points, "points");
+  if (!(all.cwiseAbs().maxCoeff() <= kMaxCoordinate))
+    refuse("points", "a coordinate that is NaN, Inf or beyond 1e5", "mm");
   check_view(lengths, "lengths", Kind::kIndex, {kAny});
   std::vector<std::int32_t> n(static_cast<std::size_t>(lengths->shape[0]));
   check_limit(lengths->shape[0], kMaxPoints, "lengths");

@@ -1,4 +1,4 @@
-// Shape-based interpolation of a stack of contours. docs/theory/volume.md eq. 7.
+// Shape-based interpolation of a stack of contours. docs/theory/volume.md, "Contours".
 #include "volume/contours.hpp"
 
 #include <algorithm>

@@ -9,7 +9,7 @@ namespace sgrt {
 namespace {
 
 constexpr double kShare = 0.9;      // of the slices in which couch is couch
-constexpr double kThickest = 80;    // mm, a couch's thickest layer, and the widest gap between two layers
+constexpr double kThickest = 60;    // mm, a couch's thickest layer, and the widest gap between two layers
 constexpr double kNarrowest = 80;   // mm of couch top that must be seen
 constexpr double kSteepest = 0.35;  // slope of its top
 constexpr int kSamples = 24;        // lines that propose a curve

@@ -117,7 +117,7 @@ pixel_mm: of the distance maps. smoothing_mm: 0: the surface goes through the co
 
 Raises InvalidArgument: a contour of fewer than 3 points, not planar or not parallel (named). InsufficientData: all on one
 slice. LimitError: choose a larger pixel_mm. Cancelled.
-Source: docs/theory/volume.md eq. 7 (Raya and Udupa 1990). C: sgrt_contours_close)";
+Source: docs/theory/volume.md (Raya and Udupa 1990). C: sgrt_contours_close)";
 
 }  // namespace
 
