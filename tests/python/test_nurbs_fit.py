@@ -108,7 +108,7 @@ def test_bodies_of_the_twin(name, samples):
     print(f"{name}: {len(points)} points, {fit!r}, rms {np.sqrt(np.mean(d**2)):.4f} mm, covered {covered:.3f}")
     assert supported.sum() > 1000
     assert np.sqrt(np.mean(d**2)) < 0.08
-    assert 0.93 < covered < 0.98
+    assert 0.93 < covered < 0.97
 
 
 @pytest.mark.parametrize("travel", [lambda x: pickle.loads(pickle.dumps(x)), copy.copy, copy.deepcopy])
