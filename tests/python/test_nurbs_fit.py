@@ -148,6 +148,8 @@ def test_errors(surface):
         sgrt.nurbs_fit(surface, chart="cube")
     with pytest.raises(sgrt.InvalidArgument, match=r"control_points\[0\]: 2"):
         sgrt.nurbs_fit(surface, control_points=(2, 8))
+    with pytest.raises(sgrt.InvalidArgument, match="axis: 0 0 0, expected a direction"):
+        sgrt.nurbs_fit(surface, axis=(0, 0, 0))
     with pytest.raises(sgrt.InsufficientData, match="expected at least 16"):
         sgrt.nurbs_fit(sgrt.Surface(np.eye(3)))
     line = np.arange(100.0)[:, None] * [1, 2, 3]

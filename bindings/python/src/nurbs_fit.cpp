@@ -40,7 +40,10 @@ NurbsFit fit(const Surface& surface, const std::string& chart, const MaybeArray&
   o.chart = index_of(kCharts, chart, "chart");
   o.smoothing = index_of(kSmoothings, smoothing, "smoothing");
   o.robust = robust;
-  if (axis) read_numbers(*axis, "axis", {3}, o.axis);
+  if (axis) {
+    read_numbers(*axis, "axis", {3}, o.axis);
+    if (o.axis[0] == 0 && o.axis[1] == 0 && o.axis[2] == 0) invalid("axis: 0 0 0, expected a direction, or None");
+  }
   o.control_points[0] = control_points.first;
   o.control_points[1] = control_points.second;
   o.max_control_points = max_control_points;
