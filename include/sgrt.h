@@ -1,7 +1,6 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
- * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo,
- * nurbs_curve, nurbs_surface, nurbs_fit, icp.
+ * This header is the C manual; its sections follow the pipeline.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose
  * `a_from_b` maps b-coordinates to a. Pixel (0,0) is the centre of the top-left pixel. The room frame is IEC 61217 fixed:
@@ -233,6 +232,12 @@ enum {
  * SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
 SGRT_API sgrt_status sgrt_surface_array(const sgrt_surface *surface, int32_t field, sgrt_view *view);
 
+/* The surface under a rigid motion x -> R x + t (4 x 4, row-major, mm): points, normals, covariance and modes; all else is
+ * kept. A reference for another couch angle: pose from sgrt_frame_couch_turn.
+ * SGRT_E_INVALID_ARGUMENT  not a rigid motion within 1e-6, or it moves a point beyond 1e5 mm. since 0.1 */
+SGRT_API sgrt_status sgrt_surface_move(sgrt_context *context, const sgrt_surface *surface, const double pose[16],
+                                       sgrt_surface **result);
+
 typedef struct sgrt_surface_normals_options {
   uint32_t struct_size;
   int32_t neighbours; /* points of the local fit, 6 to 200; default 24 */
@@ -305,6 +310,17 @@ SGRT_API void sgrt_roi_free(sgrt_roi *roi);
 /* mask: u8, N or H x W as the surface: 1 inside, 0 outside or absent. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_mask(const sgrt_roi *roi, const sgrt_surface *surface, const sgrt_mut_view *mask);
 
+/* The region under a rigid motion, as sgrt_surface_move moves the reference that it was drawn on. A polygon turns about the
+ * vertical alone, a box not at all: SGRT_E_INVALID_ARGUMENT. since 0.1 */
+SGRT_API sgrt_status sgrt_roi_move(const sgrt_roi *roi, const double pose[16], sgrt_roi **result);
+
+enum {
+  SGRT_ROI_POLYGON = 1, /* f64, V x 2, mm; absent for a box */
+  SGRT_ROI_BOX = 2      /* f64, 2 x 3, mm: min and max; absent for a polygon */
+};
+/* Lends what the region was made from; it lives as long as the region. SGRT_E_INVALID_ARGUMENT  unknown field. since 0.1 */
+SGRT_API sgrt_status sgrt_roi_array(const sgrt_roi *roi, int32_t field, sgrt_view *view);
+
 /* --------------------------------------------------------------------------------------------------------- frame */
 
 /* Where the patient is: D(x) = R (x - iso) + iso + t maps the reference (the plan) to the live patient, with
@@ -334,6 +350,12 @@ SGRT_API sgrt_status sgrt_frame_pose_from_displacement(const sgrt_patient_displa
 SGRT_API sgrt_status sgrt_frame_pose_from_correction(const sgrt_couch_correction *correction,
                                                      const double isocentre_mm[3], double reference_from_live[16]);
 
+/* What a couch without pitch and roll can do about it: the correction by lat, lng, vrt and rtn that brings the isocentre back
+ * exactly and takes away the turn about the vertical; `remaining` is what the patient is then displaced by: his pitch and
+ * roll alone (docs/theory/frames.md eq. 5). Either output may be NULL. Errors as sgrt_frame_shift_from_pose. since 0.1 */
+SGRT_API sgrt_status sgrt_frame_four_dof(const double reference_from_live[16], const double isocentre_mm[3],
+                                         sgrt_couch_correction *correction, sgrt_patient_displacement *remaining);
+
 enum { SGRT_HFS = 0, SGRT_HFP = 1, SGRT_FFS = 2, SGRT_FFP = 3, SGRT_HFDL = 4, SGRT_HFDR = 5, SGRT_FFDL = 6, SGRT_FFDR = 7 };
 /* IEC 61217 fixed (couch at 0, plan's isocentre at the origin) from DICOM patient coordinates (LPS), 4 x 4.
  * patient_position: SGRT_HFS ... isocentre_dicom_mm: the plan's (300A,012C). since 0.1 */
@@ -341,6 +363,11 @@ SGRT_API sgrt_status sgrt_frame_fixed_from_dicom(int32_t patient_position, const
                                                  double fixed_from_dicom[16]);
 /* IEC 61217 fixed from the couch (patient support) turned by couch_deg, counter-clockwise seen from above: Rz, 4 x 4. since 0.1 */
 SGRT_API sgrt_status sgrt_frame_fixed_from_couch(double couch_deg, double fixed_from_couch[16]);
+/* IEC 61217 fixed from the gantry turned by gantry_deg, clockwise seen by who faces it: Ry, 4 x 4. since 0.1 */
+SGRT_API sgrt_status sgrt_frame_fixed_from_gantry(double gantry_deg, double fixed_from_gantry[16]);
+/* How what lies on the couch moves in the room when the couch turns from 0 to couch_deg: about the vertical through the
+ * isocentre. pose: 4 x 4, for sgrt_surface_move and sgrt_roi_move. since 0.1 */
+SGRT_API sgrt_status sgrt_frame_couch_turn(double couch_deg, const double isocentre_mm[3], double pose[16]);
 
 /* ----------------------------------------------------------------------------------------------------------- rig */
 
@@ -854,6 +881,100 @@ enum {
   SGRT_ICP_WORDS = 2    /* of free motion `index`: "slides along LNG" */
 };
 SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_t index);
+
+/* ------------------------------------------------------------------------------------------------------- tracker */
+
+/* Session: surfaces in, shifts out, and whether the beam may be on (docs/theory/tracking.md). Each frame starts where the motion
+ * of the last ones predicts. One thread at a time. */
+typedef struct sgrt_tracker sgrt_tracker;
+
+/* Tolerances: conventional 2 mm and 1 deg, SBRT and SRS 1 mm and 0.5 deg, of the length of the translation at the isocentre and
+ * of the angle of the rotation. */
+enum { SGRT_PROFILE_CONVENTIONAL = 0, SGRT_PROFILE_SBRT = 1, SGRT_PROFILE_SRS = 2 };
+
+typedef struct sgrt_tracker_options {
+  uint32_t struct_size;
+  int32_t profile;      /* SGRT_PROFILE_...; default conventional */
+  int32_t gated;        /* 1: the beam is on only inside the breathing window (DIBH); default 0 */
+  int32_t reserved;
+  double tolerance_mm;  /* 0, the default: the profile's */
+  double tolerance_deg; /* 0, the default: the profile's */
+  double hysteresis;    /* after a hold the beam comes on at this share of the tolerance and of the window; default 0.8 */
+  double resume_s;      /* and after it has stayed within it for so long; default 0 */
+  double max_gap_s;     /* after a longer pause no motion is predicted, and the beam comes back as from a hold; default 1 */
+  double gate_low_mm;   /* the window of the breathing amplitude; default -1.5 ... */
+  double gate_high_mm;  /* ... 1.5 */
+} sgrt_tracker_options;
+SGRT_API sgrt_status sgrt_tracker_options_init(sgrt_tracker_options *options, size_t size);
+
+/* reference, isocentre_mm, roi (may be NULL): as sgrt_icp_align. gate_roi: the patch of the reference whose height over it is the
+ * breathing amplitude, outward positive; NULL: no trace, and options->gated must be 0. options, icp_options may be NULL; the
+ * latter's weak_sigma_mm is lowered to half the tolerance. The reference is kept; it may be freed.
+ * SGRT_E_INVALID_ARGUMENT   an option out of range, gated without gate_roi
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 6 points of the reference in roi or gate_roi; *tracker is not written. since 0.1 */
+SGRT_API sgrt_status sgrt_tracker_create(sgrt_context *context, const sgrt_surface *reference,
+                                         const double isocentre_mm[3], const sgrt_roi *roi, const sgrt_roi *gate_roi,
+                                         const sgrt_tracker_options *options, const sgrt_icp_options *icp_options,
+                                         sgrt_tracker **tracker);
+SGRT_API void sgrt_tracker_free(sgrt_tracker *tracker);
+
+enum { SGRT_BEAM_HOLD = 0, SGRT_BEAM_ON = 1 };
+/* Why the beam holds: bits of sgrt_tracker_info.hold. */
+enum {
+  SGRT_HOLD_NO_POSE = 1,      /* no pose was found */
+  SGRT_HOLD_WEAK = 2,         /* a pose that is not certain enough for the tolerance */
+  SGRT_HOLD_TRANSLATION = 4,  /* beyond tolerance */
+  SGRT_HOLD_ROTATION = 8,     /* beyond tolerance */
+  SGRT_HOLD_BREATHING = 16,   /* outside the window, or not measured */
+  SGRT_HOLD_RETURNING = 32    /* back within tolerance, but not yet well inside, or not for long enough */
+};
+enum { SGRT_TRACK_LOST = 0, SGRT_TRACK_TRACKING = 1, SGRT_TRACK_FOUND = 2 /* the first trusted frame after a loss */ };
+
+/* All numbers are NaN where no pose was found. */
+typedef struct sgrt_tracker_info {
+  uint32_t struct_size;
+  sgrt_status status; /* of this frame's registration */
+  int32_t verdict;    /* SGRT_VERDICT_... */
+  int32_t beam;       /* SGRT_BEAM_...; on only with a trusted pose within tolerance */
+  int32_t hold;       /* SGRT_HOLD_... bits; 0 where the beam is on */
+  int32_t state;      /* SGRT_TRACK_... */
+  int32_t attempts;   /* starts tried: predicted, last seen, set up */
+  int32_t iterations;
+  int64_t frame;      /* its number, from 0 */
+  double time_s;
+  double reference_from_live[16];
+  sgrt_patient_displacement displacement;
+  sgrt_couch_correction correction;
+  sgrt_patient_displacement drift; /* since the first trusted frame */
+  double covariance[36];           /* as sgrt_icp_info's */
+  double sigma_mm[3];
+  double sigma_deg[3];
+  double rms_mm;
+  double inlier_share;
+  double breathing_mm;       /* amplitude over the reference along the patch's mean normal; NaN without gate_roi or points */
+  double breathing_sigma_mm;
+} sgrt_tracker_info;
+
+/* Takes one frame. live: may be NULL where the cameras had nothing: a frame without a pose. time_s: finite, must not decrease.
+ * info->struct_size must be set by the caller. **Whatever the status, what can be written of *info says SGRT_BEAM_HOLD unless the
+ * status is SGRT_OK**: after an error its numbers are NaN, so that a loop that looks at info->beam alone is safe.
+ * SGRT_E_INVALID_ARGUMENT  a time that runs backwards or is not finite; the session can go on, the beam has to come back
+ * statuses 10-19           no pose in this frame: as sgrt_icp_align; the next frame looks for the patient again
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_tracker_push(sgrt_context *context, sgrt_tracker *tracker, const sgrt_surface *live,
+                                       double time_s, sgrt_tracker_info *info);
+/* Another reference from the next frame on: motion, drift and beam start afresh, the time does not. Errors as
+ * sgrt_tracker_create, and then the old reference stays, the beam on hold. since 0.1 */
+SGRT_API sgrt_status sgrt_tracker_set_reference(sgrt_context *context, sgrt_tracker *tracker,
+                                                const sgrt_surface *reference, const sgrt_roi *roi,
+                                                const sgrt_roi *gate_roi);
+
+enum {
+  SGRT_TRACKER_VERDICT = 1, /* "ok", "weak: ...", or why the last frame has no pose; "" before the first */
+  SGRT_TRACKER_HOLD = 2     /* why the beam holds, in words; "" where it is on */
+};
+/* Lends a text of the last push, until the next one. NULL where tracker is NULL or the field unknown. since 0.1 */
+SGRT_API const char *sgrt_tracker_text(const sgrt_tracker *tracker, int32_t field);
 
 #ifdef __cplusplus
 }

@@ -26,6 +26,7 @@
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
+#include "tracking/tracker.hpp"
 
 struct sgrt_context {
   sgrt::ThreadPool pool;
@@ -79,6 +80,11 @@ struct sgrt_icp {
   sgrt::IcpResult result;
 };
 
+struct sgrt_tracker {
+  sgrt::Tracker tracker;
+  std::string hold_words;
+};
+
 namespace sgrt {
 
 // Keeps the message for sgrt_last_error and returns the status as the ABI's.
@@ -112,6 +118,8 @@ const char* guard_text(Body&& body) noexcept {
 // Threads, instruction set and callbacks of a call. Refuses a context whose own callback makes the call.
 Run run_of(sgrt_context* context);
 
+sgrt_icp_options to_c(const IcpOptions& o);
+IcpOptions from_c(const sgrt_icp_options& c);
 sgrt_patient_displacement to_c(const PatientDisplacement& d);
 sgrt_couch_correction to_c(const CouchCorrection& c);
 

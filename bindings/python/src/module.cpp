@@ -14,4 +14,5 @@ PYBIND11_MODULE(_core, m) {
   register_nurbs(m);
   register_nurbs_fit(m);
   register_icp(m);
+  register_tracker(m);
 }
