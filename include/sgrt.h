@@ -776,6 +776,13 @@ SGRT_API sgrt_status sgrt_nurbs_fit_array(const sgrt_nurbs_fit *fit, int32_t fie
 /* The fitted surface as a new handle, clamped on [0, 1] x [0, 1]; free both. since 0.1 */
 SGRT_API sgrt_status sgrt_nurbs_fit_surface(const sgrt_nurbs_fit *fit, sgrt_nurbs_surface **surface);
 
+/* The fit as numbers, to travel between processes, and back: the same fit to the last bit. count: how many they are;
+ * numbers: f64, one dimension, or its data NULL to learn the count alone; both may be NULL, not both at once. What the
+ * numbers mean may change between versions, which from_state tells apart.
+ * SGRT_E_INVALID_ARGUMENT  another length; numbers that are no such state. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_state(const sgrt_nurbs_fit *fit, const sgrt_mut_view *numbers, int64_t *count);
+SGRT_API sgrt_status sgrt_nurbs_fit_from_state(const sgrt_view *numbers, sgrt_nurbs_fit **fit);
+
 /* What is wanted of N places; an array whose data is NULL is not. All f64. */
 typedef struct sgrt_nurbs_fit_samples {
   uint32_t struct_size;
