@@ -61,8 +61,10 @@ Runs outside_of(const Run& run, const Runs& body, double radius, const Vec3& spa
   const Runs reached = components_with(
       wide, [&](const Span& s, int y, int) { return s.begin == 0 || s.end == body.nx || y == 0 || y == body.ny - 1; });
   const Runs close = intersect(run, dilate(run, reached, radius + 2 * spacing.maxCoeff(), spacing), air);
-  return components_with(
-      close, [&](const Span& s, int y, int z) { return !intersect(RowSpans{s}, reached.row(y, z)).empty(); });
+  return components_with(close, [&](const Span& s, int y, int z) {
+    const RowSpans& row = reached.row(y, z);
+    return std::any_of(row.begin(), row.end(), [&](const Span& r) { return r.begin < s.end && s.begin < r.end; });
+  });
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // A closed surface from planar contours on a stack of slices (RTSTRUCT): between two slices the signed distance to the
 // contours is interpolated, so that legs and arms branch by themselves (Raya and Udupa 1990; Herman, Zheng, Bucholtz
-// 1992). docs/theory/volume.md eq. 7.
+// 1992). docs/theory/volume.md, "Contours".
 #pragma once
 
 #include <vector>

@@ -10,15 +10,19 @@
 namespace sgrt {
 namespace {
 
-// body(y, z) -> RowSpans for every row.
+// body(y, z, spans) for every row: fills `spans`, which is empty; the row gets a copy without spare room.
 template <class Body>
 Runs each_row(const Run& run, int nx, int ny, int nz, Body&& body) {
   Runs out(nx, ny, nz);
   parallel_for(
       run, static_cast<std::int64_t>(out.rows.size()), 256,
       [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t i = begin; i < end; ++i)
-          out.rows[static_cast<std::size_t>(i)] = body(static_cast<int>(i % ny), static_cast<int>(i / ny));
+        RowSpans spans;
+        for (std::int64_t i = begin; i < end; ++i) {
+          spans.clear();
+          body(static_cast<int>(i % ny), static_cast<int>(i / ny), spans);
+          out.rows[static_cast<std::size_t>(i)].assign(spans.begin(), spans.end());
+        }
       },
       "finding the body");
   return out;
@@ -132,46 +136,33 @@ std::int64_t Runs::count() const {
   return n;
 }
 
-RowSpans intersect(const RowSpans& a, const RowSpans& b) {
-  RowSpans out;
+void intersect(const RowSpans& a, const RowSpans& b, RowSpans& out) {
   for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
     const Span s{std::max(a[i].begin, b[j].begin), std::min(a[i].end, b[j].end)};
     if (s.begin < s.end) out.push_back(s);
     a[i].end < b[j].end ? ++i : ++j;
   }
-  return out;
-}
-
-RowSpans unite(const RowSpans& a, const RowSpans& b) {
-  RowSpans out = a;
-  out.insert(out.end(), b.begin(), b.end());
-  join(out);
-  return out;
-}
-
-RowSpans complement(const RowSpans& a, int nx) {
-  RowSpans out;
-  int x = 0;
-  for (const Span& s : a) {
-    if (s.begin > x) out.push_back({x, s.begin});
-    x = s.end;
-  }
-  if (x < nx) out.push_back({x, nx});
-  return out;
 }
 
 Runs intersect(const Run& run, const Runs& a, const Runs& b) {
-  return each_row(run, a.nx, a.ny, a.nz, [&](int y, int z) { return intersect(a.row(y, z), b.row(y, z)); });
+  return each_row(run, a.nx, a.ny, a.nz,
+                  [&](int y, int z, RowSpans& out) { intersect(a.row(y, z), b.row(y, z), out); });
 }
 
 Runs complement(const Run& run, const Runs& a) {
-  return each_row(run, a.nx, a.ny, a.nz, [&](int y, int z) { return complement(a.row(y, z), a.nx); });
+  return each_row(run, a.nx, a.ny, a.nz, [&](int y, int z, RowSpans& out) {
+    int x = 0;
+    for (const Span& s : a.row(y, z)) {
+      if (s.begin > x) out.push_back({x, s.begin});
+      x = s.end;
+    }
+    if (x < a.nx) out.push_back({x, a.nx});
+  });
 }
 
 Runs dilate(const Run& run, const Runs& mask, double radius_mm, const Vec3& spacing_mm) {
   const std::vector<BallRow> ball = ball_rows(radius_mm, spacing_mm);
-  return each_row(run, mask.nx, mask.ny, mask.nz, [&](int y, int z) {
-    RowSpans out;
+  return each_row(run, mask.nx, mask.ny, mask.nz, [&](int y, int z, RowSpans& out) {
     for (const BallRow& b : ball) {
       const int yy = y + b.dy, zz = z + b.dz;
       if (yy < 0 || zz < 0 || yy >= mask.ny || zz >= mask.nz) continue;
@@ -179,30 +170,30 @@ Runs dilate(const Run& run, const Runs& mask, double radius_mm, const Vec3& spac
         out.push_back({std::max(0, s.begin - b.half), std::min(mask.nx, s.end + b.half)});
     }
     join(out);
-    return out;
   });
 }
 
 Runs erode(const Run& run, const Runs& mask, double radius_mm, const Vec3& spacing_mm, bool outside) {
   const std::vector<BallRow> ball = ball_rows(radius_mm, spacing_mm);
-  return each_row(run, mask.nx, mask.ny, mask.nz, [&](int y, int z) {
-    RowSpans out{{0, mask.nx}}, shrunk;
+  return each_row(run, mask.nx, mask.ny, mask.nz, [&](int y, int z, RowSpans& out) {
+    RowSpans shrunk, both;
+    out.push_back({0, mask.nx});
     for (const BallRow& b : ball) {
       const int yy = y + b.dy, zz = z + b.dz;
-      if (yy < 0 || zz < 0 || yy >= mask.ny || zz >= mask.nz) {
-        if (!outside) return RowSpans{};
-        continue;
-      }
+      const bool beyond = yy < 0 || zz < 0 || yy >= mask.ny || zz >= mask.nz;
+      if (beyond && outside) continue;
+      if (beyond) return out.clear();
       shrunk.clear();
       for (const Span& s : mask.row(yy, zz)) {
         const int begin = outside && s.begin == 0 ? 0 : s.begin + b.half;
         const int end = outside && s.end == mask.nx ? mask.nx : s.end - b.half;
         if (begin < end) shrunk.push_back({begin, end});
       }
-      out = intersect(out, shrunk);
-      if (out.empty()) break;
+      both.clear();
+      intersect(out, shrunk, both);
+      std::swap(out, both);
+      if (out.empty()) return;
     }
-    return out;
   });
 }
 

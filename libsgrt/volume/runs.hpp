@@ -29,12 +29,7 @@ struct Runs {
   std::int64_t count() const;
 };
 
-// One row's operations.
-RowSpans intersect(const RowSpans& a, const RowSpans& b);
-RowSpans unite(const RowSpans& a, const RowSpans& b);
-RowSpans complement(const RowSpans& a, int nx);
-
-// The whole mask's.
+void intersect(const RowSpans& a, const RowSpans& b, RowSpans& out);  // appends
 Runs intersect(const Run& run, const Runs& a, const Runs& b);
 Runs complement(const Run& run, const Runs& a);
 // By a ball of radius_mm. Beyond the volume lies what `outside` says.
