@@ -16,6 +16,6 @@ void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& 
 
 // What kept an unmatched window from matching, as far as the left image tells.
 void explain_unmatched(const Run& run, const kernels::Plane& left, const Grid& grid, const StereoOptions& options,
-                       MatchField& field);
+                       std::vector<float>& noise, MatchField& field);
 
 }  // namespace sgrt

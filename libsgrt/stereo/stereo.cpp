@@ -57,7 +57,9 @@ struct StereoMatcher::Impl {
   CoarseMap coarse;
   RectifyWork rectify_work;
   RectifiedImage left, right;
+  MatchWork match_work;
   MatchField field;
+  std::vector<double> medians[3];
   std::shared_ptr<StereoResult> result;
 
   // Disparities that the working volume can have, px. An unbounded volume leaves all from infinity to the image's
@@ -110,16 +112,17 @@ const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const 
   rectify(run, right, m.rectification.right, m.rectify_work, m.right.value, m.right.mask);
   m.left.rounding = rounding_of(left, m.left.value);
   m.right.rounding = rounding_of(right, m.right.value);
+  m.left.noise_gain = m.rectification.left.noise_gain, m.right.noise_gain = m.rectification.right.noise_gain;
   coarse_match(run, m.left.value, m.left.mask, m.right.value, m.right.mask, m.coarse_options, m.coarse_work, m.coarse);
   prepare(run, m.left);
   prepare(run, m.right);
-  match_grid(run, m.left, m.right, m.coarse, m.grid, m.options, m.field);
+  match_grid(run, m.left, m.right, m.coarse, m.grid, m.options, m.match_work, m.field);
 
   // use_count is relaxed: the fence orders our writes behind the reads of whoever let go last.
   if (!m.result || m.result.use_count() > 1) m.result = std::make_shared<StereoResult>();
   if (!m.result->surface || m.result->surface.use_count() > 1) m.result->surface = std::make_shared<Surface>();
   std::atomic_thread_fence(std::memory_order_acquire);
-  triangulate(run, m.rectification, m.grid, m.options, m.field, *m.result);
+  triangulate(run, m.rectification, m.grid, m.options, m.match_work.noise_of_bend.gain, m.medians, m.field, *m.result);
   const bool found = m.result->point_count > 0;
   m.result->status = found ? Status::kOk : Status::kNotFound;
   m.result->message = found ? ""

@@ -17,14 +17,14 @@
 namespace sgrt {
 
 struct StereoOptions {
-  int window = 15;                                                             // px, odd
-  int stride = 4;                                                              // px of the rectified left image
+  int window = 21;                                                             // px, odd
+  int stride = 3;                                                              // px of the rectified left image
   int min_component = 30;                                                      // points
   Vec3 volume_min = Vec3::Constant(-std::numeric_limits<double>::infinity());  // room, mm
   Vec3 volume_max = Vec3::Constant(std::numeric_limits<double>::infinity());
   double min_correlation = 0.8;
   double max_left_right = 0.5;  // px
-  double max_sigma = 0.15;      // px
+  double max_sigma = 0.1;       // px
 };
 
 // The same numbers as SGRT_REASON_...
