@@ -17,7 +17,9 @@ OFFSET_PX = FOCAL_PX * BASE_MM / DEPTH_MM - 40.25  # principal points apart, so 
 CORRELATION_PX = 2.0  # the pattern's autocorrelation falls to 1/e there
 FINE = 4  # samples of the pattern a pixel along x
 
-Depth = Callable[[np.ndarray, np.ndarray, float], np.ndarray]  # of pixels of a camera at x_mm: z, NaN beside the surface
+Depth = Callable[
+    [np.ndarray, np.ndarray, float], np.ndarray
+]  # of pixels of a camera at x_mm: z, NaN beside the surface
 
 
 @dataclass
@@ -189,4 +191,11 @@ def head(width: int = 480, height: int = 560) -> Scene:
 
 
 def scenes() -> list[Scene]:
-    return [plane("flat", 0, 0), plane("tilted 4 deg", 0, 4), plane("tilted 45 deg", 0, 45), plane("tilted 60 deg", 0, 58), sphere(), head()]
+    return [
+        plane("flat", 0, 0),
+        plane("tilted 4 deg", 0, 4),
+        plane("tilted 45 deg", 0, 45),
+        plane("tilted 60 deg", 0, 58),
+        sphere(),
+        head(),
+    ]

@@ -403,14 +403,14 @@ typedef struct sgrt_stereo sgrt_stereo;
 
 typedef struct sgrt_stereo_options {
   uint32_t struct_size;
-  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 15 */
-  int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 4 */
+  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 21 */
+  int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 3 */
   int32_t min_component;   /* groups of fewer connected points are rejected as ambiguous; default 30 */
   double volume_min_mm[3]; /* working volume, room axes; it decides the search range. Default -infinity ... */
   double volume_max_mm[3]; /* ... +infinity: wherever both cameras see */
   double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.8 */
   double max_left_right_px; /* left-right check; default 0.5 */
-  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.15 */
+  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.1 */
 } sgrt_stereo_options;
 SGRT_API sgrt_status sgrt_stereo_options_init(sgrt_stereo_options *options, size_t size);
 

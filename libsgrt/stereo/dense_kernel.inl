@@ -148,6 +148,9 @@ static inline void solve_window(const WindowSums& w, float area, const DenseOpti
   const double v1[3] = {s[kX0], w.by[1][kX0], s[kX1]};
   const double v2[3] = {(s[kC0] - mean_f * v1[0]) / norm, (w.by[1][kC0] - mean_f * v1[1]) / norm,
                         (s[kC1] - mean_f * v1[2]) / norm};
+  const double qx = w.by[1][kQ0] / (double)s[kQ0], qy = s[kQ1] / (double)s[kQ0];
+  const double across = w.by[2][kQ0] / (double)s[kQ0] - qx * qx, down = s[kQ2] / (double)s[kQ0] - qy * qy;
+  m->spread = (float)((across < down ? across : down) * 12 / (area - 1));
   const double h00 = s[kQ0] - v1[0] * v1[0] / n - v2[0] * v2[0];
   const double h01 = w.by[1][kQ0] - v1[0] * v1[1] / n - v2[0] * v2[1];
   const double h02 = s[kQ1] - v1[0] * v1[2] / n - v2[0] * v2[2];

@@ -69,6 +69,9 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     match->outcome = kFlat;
     return;
   }
+  const float q = total(h00), qx = total(h01) / q, qy = total(h02) / q;
+  const float across = total(h11) / q - qx * qx, down = total(h22) / q - qy * qy;
+  match->spread = (across < down ? across : down) * 12 / (float)(side * side - 1);
   const float v10 = total(s0), v11 = total(s1), v12 = total(s2);
   const float v20 = total(q0) / norm_f, v21 = total(q1) / norm_f, v22 = total(q2) / norm_f;
   const double a00 = total(h00) - v10 * v10 / n - v20 * v20, a01 = total(h01) - v10 * v11 / n - v20 * v21;

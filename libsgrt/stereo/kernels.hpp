@@ -25,6 +25,7 @@ struct RowMatch {
   float noise;          // residual variance of f - g, grey levels squared of the left image
   float gain;           // how much the noise of a curvature taken from the neighbours adds, >= 1 (set by match.cpp)
   float bias2;          // px^2, what the neighbourhood shows beyond noise (set by match.cpp)
+  float spread;         // of the texture over the window: its second moment, the smaller of x and y, 1 if even
   float w20, w11, w02;  // how far d is moved by a curvature c20, c11, c02 that the window's plane does not follow
   int window;           // px, that it was made with (set by match.cpp)
   int outcome;          // kConverged ...

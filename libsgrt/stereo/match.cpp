@@ -15,9 +15,10 @@ using kernels::RowMatch;
 constexpr int kBlock = 512;      // grid points: about 2 ms
 constexpr float kBent = 0.02F;   // px: a curvature that moves a match by so much has higher orders too
 constexpr float kSharp = 0.04F;  // px: and the slopes of the larger window no longer follow it
-constexpr float kFar = 0.5F;     // px from the nodes' surface: no longer a small step
+constexpr float kMinSpread = 0.3F;
+constexpr float kFar = 0.5F;  // px from the nodes' surface: no longer a small step
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr RowMatch kNoMatch{kNan, 0, 0, 0, 0, 0, kNan, kNan, kNan, 1, 0, 0, 0, 0, 0, kernels::kDiverged};
+constexpr RowMatch kNoMatch{kNan, 0, 0, 0, 0, 0, kNan, kNan, kNan, 1, 0, 0, 0, 0, 0, 0, kernels::kDiverged};
 
 Reason reason_of(int outcome) {
   switch (outcome) {
@@ -54,6 +55,11 @@ struct Matcher {
         min_variance(12 * std::max(l.rounding, r.rounding)),
         refine(run.isa == Isa::kAvx2 ? kernels::refine_row_avx2 : kernels::refine_row_baseline) {}
 
+  // A single line in the window, of a rim or a shadow, matches to any precision, but says nothing of a surface.
+  bool textured(const RowMatch& match) const {
+    return sigma_of(match) <= options.max_sigma && match.spread >= kMinSpread;
+  }
+
   // Refines from the plane in `match`; the reason is kNone when it is accepted.
   Reason solve(int x, int y, RowMatch& match, float max_move, int window = 0) const {
     match.window = window > 0 ? window : options.window;
@@ -64,7 +70,7 @@ struct Matcher {
     match.texture /= damping;
     if (match.outcome != kernels::kConverged) return reason_of(match.outcome);
     if (!(match.correlation >= options.min_correlation)) return Reason::kNoMatch;
-    return sigma_of(match) <= options.max_sigma ? Reason::kNone : Reason::kNoTexture;
+    return textured(match) ? Reason::kNone : Reason::kNoTexture;
   }
 
   // Matches back from the right image; true when it returns to where it came from.
@@ -368,6 +374,7 @@ void mix(float share, const RowMatch& small, RowMatch& m) {
   const float rest = 1 - share;
   m.d = rest * m.d + share * small.d, m.a = rest * m.a + share * small.a, m.b = rest * m.b + share * small.b;
   m.texture = (rest * rest + 2 * rest * share) * m.texture + share * share * small.texture;
+  m.spread = std::min(m.spread, small.spread);
   m.window = share > 0.5F ? small.window : m.window;
   m.noise = rest * m.noise + share * small.noise, m.correlation = rest * m.correlation + share * small.correlation;
 }
@@ -401,8 +408,7 @@ void finish(const Run& run, const Matcher& matcher, const Grid& grid, const Matc
               }
             }
             m.noise = std::max(m.noise, matcher.rounding);
-            if (sound && std::abs(m.d - at_node) < kFar && m.correlation >= o.min_correlation &&
-                sigma_of(m) <= o.max_sigma) {
+            if (sound && std::abs(m.d - at_node) < kFar && m.correlation >= o.min_correlation && matcher.textured(m)) {
               field.reason[k] = Reason::kNone;
               continue;
             }

@@ -162,8 +162,8 @@ void rectify(const Run& run, const ImageView& image, const RectifiedView& view, 
       [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t i = begin * view.width; i < end * view.width; ++i) {
           float sx = view.source[2 * i], sy = view.source[2 * i + 1];
-          // The outermost pixels lack a neighbour of the 4 x 4 support. Beyond them the image goes on as it ends: a step
-          // to zero would ring in the spline along the row.
+          // The outermost pixels lack a neighbour of the 4 x 4 support. Beyond them the image goes on as it ends: a
+          // step to zero would ring in the spline along the row.
           const bool seen = sx >= 1 && sy >= 1 && sx < w - 2 && sy < h - 2;
           if (!seen) {
             mask[i] = static_cast<std::uint8_t>(Reason::kOutOfView);

@@ -63,12 +63,12 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
               sum += off, sum2 += off * off;
               expected += variance_of_noise(m) * (1 - rho) * (2 + (x * x + y * y) / moment);
             }
-          if (2 * solved < asked) field.labels[k] = 1;
+          if (3 * solved < 2 * asked) field.labels[k] = 1;
           // No other point reads this member.
           // A window's match is about the mean of what it shows: the mean excess moves it, the scatter a little.
           const double n = std::max(1, solved), mean = sum / n;
           own.bias2 = static_cast<float>(std::max(0.0, mean * mean - expected / n) +
-                                         0.1 * std::max(0.0, (sum2 - 2 * expected) / n));
+                                         0.25 * std::max(0.0, (sum2 - 2 * expected) / n));
         }
       },
       "checking");

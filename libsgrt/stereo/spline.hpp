@@ -23,8 +23,8 @@ inline void spline_weights(float t, float w[4]) {
   w[2] = 2.F / 3 - u * u * (1 - u / 2);
 }
 
-// What interpolation at the fraction t leaves of white noise of variance 1: the squares of the cardinal cubic spline, as
-// a cosine series to 0.0008.
+// What interpolation at the fraction t leaves of white noise of variance 1: the squares of the cardinal cubic spline,
+// as a cosine series to 0.0008.
 inline double cubic_noise_gain(double t) {
   constexpr double kTurn = 6.283185307179586;
   return 0.87425 + 0.12131 * std::cos(kTurn * t) + 0.00366 * std::cos(2 * kTurn * t);
