@@ -1,7 +1,7 @@
 """Rendered speckle pairs with exact truth: flat, tilted, sphere, head. Used by stereo_accuracy.py.
 
-A rectified pod 2 m away: the pattern is a Gaussian random field fixed to the left image's rays (as a projector beside the
-left camera throws it), band-limited, and evaluated at exact sub-pixel places: no interpolation of an image takes part.
+A rectified pod 2 m away. The pattern is a Gaussian random field fixed to the left image's rays (as a projector beside
+the left camera throws it), band-limited, and evaluated at exact places: no interpolation of an image takes part.
 """
 
 import json

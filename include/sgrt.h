@@ -411,6 +411,7 @@ typedef struct sgrt_stereo_options {
   double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.8 */
   double max_left_right_px; /* left-right check; default 0.5 */
   double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.1 */
+  double max_epipolar_px;  /* off the epipolar lines by more (RMS), the rig is out of calibration; default 0.1 */
 } sgrt_stereo_options;
 SGRT_API sgrt_status sgrt_stereo_options_init(sgrt_stereo_options *options, size_t size);
 
@@ -449,6 +450,15 @@ typedef struct sgrt_stereo_info {
   double noise_left;     /* image noise estimated from the matches' residuals, grey levels of the left image; NaN if nothing matched */
   double median_sigma_px; /* predicted one-sigma of a match along the epipolar line */
   double median_sigma_mm;
+  /* The rig on trial: how far matches lie off their epipolar lines, px, over a subset of windows. A right rig leaves noise
+   * alone. NaN where fewer than 20 windows answer. */
+  double epipolar_px;       /* the median: row in the right image less the row that the rig predicts, rectified */
+  double epipolar_sigma_px; /* its sigma */
+  double epipolar_rms_px;   /* over the image, noise taken out */
+  int64_t epipolar_count;   /* windows that answered */
+  int32_t out_of_calibration; /* 1: epipolar_rms_px is beyond max_epipolar_px and beyond three sigma. Depths are then wrong
+                                 by an unknown amount: calibrate again */
+  int32_t reserved2;
 } sgrt_stereo_info;
 SGRT_API sgrt_status sgrt_stereo_summary(const sgrt_stereo *result, sgrt_stereo_info *info);
 

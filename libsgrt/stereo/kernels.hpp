@@ -93,6 +93,7 @@ struct CoarseBand {
   float* reversed;        // scratch: 6 x (left_width + d_count)
   float* sums;            // scratch: 2 x d_count
   float* best_left;       // out, left_width a row: correlation and disparity of the best match
+  float* second_left;     // correlation of the best match more than 2 disparities from it
   float* disparity_left;  // sub-pixel by a parabola
   float* best_right;      // out, right_width a row
   int* disparity_right;

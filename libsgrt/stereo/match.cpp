@@ -482,8 +482,10 @@ void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage
   finish(run, matcher, grid, work, field);
   check_left_right(grid, right.value.width, static_cast<float>(options.max_left_right), work.seen, field);
   judge_neighbourhood(run, grid, options, field);
-  remove_islands(grid, options, field);
-  explain_unmatched(run, matcher.left, grid, options, work.noise, field);
+  remove_islands(coarse, grid, options, field);
+  work.epipolar =
+      check_epipolar(run, left, work.warp, grid, options.window, matcher.damping, field, work.epipolar_work);
+  explain_unmatched(run, matcher.left, coarse, grid, options, work.noise, field);
 }
 
 }  // namespace sgrt

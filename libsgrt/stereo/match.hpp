@@ -7,6 +7,7 @@
 #include "stereo/bend.hpp"
 #include "stereo/coarse.hpp"
 #include "stereo/dense.hpp"
+#include "stereo/epipolar.hpp"
 #include "stereo/field.hpp"
 #include "stereo/rectified_image.hpp"
 
@@ -21,6 +22,8 @@ struct MatchWork {
   WarpWork warp;
   std::vector<std::int64_t> seen;  // left-right: the grid point that each cell of the right image belongs to
   std::vector<float> noise;
+  EpipolarWork epipolar_work;
+  EpipolarCheck epipolar;
   std::vector<kernels::RowMatch> small;  // of the grid: a smaller window where the surface bends
   std::vector<std::uint8_t> bent;        // of the grid: that it is wanted
   std::vector<std::uint8_t> sharp;       // of the nodes: those that want a smaller window

@@ -42,12 +42,14 @@ Box view_of(const Camera& camera, const Mat3& rectified_from_room) {
 void crop(Box& box, const Mat3& rectified_from_room, const Vec3& centre, const Vec3& lo, const Vec3& hi) {
   if (!lo.allFinite() || !hi.allFinite()) return;
   Box seen;
+  int behind = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 x(corner & 1 ? hi.x() : lo.x(), corner & 2 ? hi.y() : lo.y(), corner & 4 ? hi.z() : lo.z());
     const Vec3 p = rectified_from_room * (x - centre);
-    if (p.z() <= 1) return;  // reaches behind the camera: no bound
-    seen.add(p.x() / p.z(), p.y() / p.z());
+    if (p.z() > 1) seen.add(p.x() / p.z(), p.y() / p.z());
+    behind += p.z() > 1 ? 0 : 1;
   }
+  if (behind > 0 && behind < 8) return;  // reaches behind the camera: no bound
   box.x0 = std::max(box.x0, seen.x0), box.x1 = std::min(box.x1, seen.x1);
   box.y0 = std::max(box.y0, seen.y0), box.y1 = std::min(box.y1, seen.y1);
 }

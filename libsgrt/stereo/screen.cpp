@@ -78,7 +78,7 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
   }
 }
 
-void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& field) {
+void remove_islands(const CoarseMap& coarse, const Grid& grid, const StereoOptions& options, MatchField& field) {
   field.labels.assign(grid.size(), 0);
   for (std::int64_t start = 0; start < grid.size(); ++start) {
     if (field.reason[start] != Reason::kNone || field.labels[start] != 0) continue;
@@ -98,13 +98,15 @@ void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& 
       };
       visit(column - 1, row), visit(column + 1, row), visit(column, row - 1), visit(column, row + 1);
     }
-    if (static_cast<int>(field.wave.size()) >= options.min_component) continue;
+    std::size_t doubtful = 0;
+    for (const std::int64_t k : field.wave) doubtful += coarse.ambiguous_at(grid.x(k), grid.y(k)) ? 1 : 0;
+    if (static_cast<int>(field.wave.size()) >= options.min_component && 2 * doubtful <= field.wave.size()) continue;
     for (std::int64_t k : field.wave) field.reason[k] = Reason::kAmbiguous;
   }
 }
 
-void explain_unmatched(const Run& run, const kernels::Plane& left, const Grid& grid, const StereoOptions& options,
-                       std::vector<float>& noise, MatchField& field) {
+void explain_unmatched(const Run& run, const kernels::Plane& left, const CoarseMap& coarse, const Grid& grid,
+                       const StereoOptions& options, std::vector<float>& noise, MatchField& field) {
   noise.clear();
   for (std::int64_t k = 0; k < grid.size(); ++k)
     if (field.reason[k] == Reason::kNone) noise.push_back(field.matches[k].noise);
@@ -117,7 +119,9 @@ void explain_unmatched(const Run& run, const kernels::Plane& left, const Grid& g
       run, grid.size(), kBlock,
       [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t k = begin; k < end; ++k)
-          if (field.reason[k] == Reason::kNoMatch)
+          if (field.reason[k] == Reason::kNoMatch && coarse.ambiguous_at(grid.x(k), grid.y(k)))
+            field.reason[k] = Reason::kAmbiguous;
+          else if (field.reason[k] == Reason::kNoMatch)
             field.reason[k] = explain(left, grid.x(k), grid.y(k), options.window / 2, typical);
       },
       "checking");

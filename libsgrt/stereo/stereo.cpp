@@ -24,6 +24,7 @@ void check(const StereoOptions& o) {
   if (!(o.min_correlation > 0 && o.min_correlation < 1))
     refuse("min_correlation", o.min_correlation, "more than 0 and less than 1");
   if (!(o.max_left_right > 0)) refuse("max_left_right_px", o.max_left_right, "more than 0");
+  if (!(o.max_epipolar > 0)) refuse("max_epipolar_px", o.max_epipolar, "more than 0");
   if (!(o.max_sigma > 0)) refuse("max_sigma_px", o.max_sigma, "more than 0");
   for (int i = 0; i < 3; ++i)
     if (!(o.volume_min[i] < o.volume_max[i])) refuse("volume_min_mm", o.volume_min[i], "less than volume_max_mm");
@@ -123,6 +124,12 @@ const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const 
   if (!m.result->surface || m.result->surface.use_count() > 1) m.result->surface = std::make_shared<Surface>();
   std::atomic_thread_fence(std::memory_order_acquire);
   triangulate(run, m.rectification, m.grid, m.options, m.match_work.noise_of_bend.gain, m.medians, m.field, *m.result);
+  const EpipolarCheck& epipolar = m.match_work.epipolar;
+  m.result->epipolar_count = epipolar.count;
+  m.result->epipolar_px = epipolar.median, m.result->epipolar_sigma_px = epipolar.sigma;
+  m.result->epipolar_rms_px = epipolar.rms;
+  m.result->out_of_calibration =
+      epipolar.rms > m.options.max_epipolar && epipolar.rms > 3 * epipolar.sigma;  // false for NaN
   const bool found = m.result->point_count > 0;
   m.result->status = found ? Status::kOk : Status::kNotFound;
   m.result->message = found ? ""
