@@ -431,14 +431,15 @@ typedef struct sgrt_stereo sgrt_stereo;
 
 typedef struct sgrt_stereo_options {
   uint32_t struct_size;
-  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 15 */
-  int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 4 */
+  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 21 */
+  int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 3 */
   int32_t min_component;   /* groups of fewer connected points are rejected as ambiguous; default 30 */
   double volume_min_mm[3]; /* working volume, room axes; it decides the search range. Default -infinity ... */
   double volume_max_mm[3]; /* ... +infinity: wherever both cameras see */
   double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.8 */
   double max_left_right_px; /* left-right check; default 0.5 */
-  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.15 */
+  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.1 */
+  double max_epipolar_px;  /* off the epipolar lines by more (RMS), the rig is out of calibration; default 0.1 */
 } sgrt_stereo_options;
 SGRT_API sgrt_status sgrt_stereo_options_init(sgrt_stereo_options *options, size_t size);
 
@@ -477,6 +478,15 @@ typedef struct sgrt_stereo_info {
   double noise_left;     /* image noise estimated from the matches' residuals, grey levels of the left image; NaN if nothing matched */
   double median_sigma_px; /* predicted one-sigma of a match along the epipolar line */
   double median_sigma_mm;
+  /* The rig on trial: how far matches lie off their epipolar lines, px, over a subset of windows. A right rig leaves noise
+   * alone. NaN where fewer than 20 windows answer. */
+  double epipolar_px;       /* the median: row in the right image less the row that the rig predicts, rectified */
+  double epipolar_sigma_px; /* its sigma */
+  double epipolar_rms_px;   /* over the image, noise taken out */
+  int64_t epipolar_count;   /* windows that answered */
+  int32_t out_of_calibration; /* 1: epipolar_rms_px is beyond max_epipolar_px and beyond three sigma. Depths are then wrong
+                                 by an unknown amount: calibrate again */
+  int32_t reserved2;
 } sgrt_stereo_info;
 SGRT_API sgrt_status sgrt_stereo_summary(const sgrt_stereo *result, sgrt_stereo_info *info);
 
