@@ -19,6 +19,7 @@
 #include "core/roi.hpp"
 #include "core/run.hpp"
 #include "core/surface.hpp"
+#include "registration/deform.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
@@ -56,6 +57,10 @@ struct sgrt_stereo_session {
 
 struct sgrt_icp {
   sgrt::IcpResult result;
+};
+
+struct sgrt_deform {
+  sgrt::DeformResult result;
 };
 
 struct sgrt_tracker {

@@ -12,5 +12,6 @@ PYBIND11_MODULE(_core, m) {
   register_rig(m);
   register_stereo(m);
   register_icp(m);
+  register_deform(m);
   register_tracker(m);
 }
