@@ -595,7 +595,7 @@ typedef struct sgrt_deform_options {
   int32_t mode;            /* SGRT_DEFORM_...; default SGRT_DEFORM_RIGID */
   double min_rigid_share;  /* of the region's seen area, 0 to 1; below it nothing can be told; default 0.6 */
   double max_structure_mm; /* coherent change of shape, rms, that may be left in what is taken for rigid; default 0.1 */
-  double runner_up_share;  /* another motion that explains so little less of the area makes the answer ambiguous; default 0.1 */
+  double max_rivalry;      /* of another motion, see runner_up_rivalry; above it the answer is ambiguous; default 0.5 */
   double stiffness;        /* of the field, relative; higher: smoother; default 1 */
 } sgrt_deform_options;
 SGRT_API sgrt_status sgrt_deform_options_init(sgrt_deform_options *options, size_t size);
@@ -634,6 +634,7 @@ typedef struct sgrt_deform_info {
   double structure_mm; /* rms, coherent change of shape found within it */
   double runner_up_share;       /* explained by the best motion that differs from the answer; 0: there is none */
   double runner_up_distance_mm; /* by which it differs at the isocentre, turns at 100 mm */
+  double runner_up_rivalry;     /* area that it alone explains over area that the answer alone explains */
   double scale, scale_sigma;    /* live to reference; 1 and NaN but with SGRT_DEFORM_SIMILARITY */
   double deformation_rms_mm, deformation_max_mm; /* of the map; 0 without one */
 } sgrt_deform_info;

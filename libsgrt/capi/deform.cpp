@@ -23,7 +23,7 @@ sgrt_deform_options deform_defaults() {
   c.mode = static_cast<std::int32_t>(o.mode);
   c.min_rigid_share = o.min_rigid_share;
   c.max_structure_mm = o.max_structure;
-  c.runner_up_share = o.runner_up_share;
+  c.max_rivalry = o.max_rivalry;
   c.stiffness = o.stiffness;
   return c;
 }
@@ -33,12 +33,12 @@ DeformOptions from_c(const sgrt_deform_options& c, const IcpOptions& icp) {
   check_range(c.mode, SGRT_DEFORM_RIGID, SGRT_DEFORM_FIELD, "options.mode");
   check_range(c.min_rigid_share, 0, 1, "options.min_rigid_share");
   check_range(c.max_structure_mm, 0, kMaxCoordinate, "options.max_structure_mm");
-  check_range(c.runner_up_share, 0, 1, "options.runner_up_share");
+  check_range(c.max_rivalry, 0, 1, "options.max_rivalry");
   check_range(c.stiffness, 1e-6, 1e6, "options.stiffness");
   o.mode = static_cast<DeformMode>(c.mode);
   o.min_rigid_share = c.min_rigid_share;
   o.max_structure = c.max_structure_mm;
-  o.runner_up_share = c.runner_up_share;
+  o.max_rivalry = c.max_rivalry;
   o.stiffness = c.stiffness;
   o.icp = icp;
   return o;
@@ -68,6 +68,7 @@ sgrt_deform_info summary_of(const DeformResult& d) {
   info.structure_mm = d.structure;
   info.runner_up_share = d.runner_up_share;
   info.runner_up_distance_mm = d.runner_up_distance;
+  info.runner_up_rivalry = d.runner_up_rivalry;
   info.scale = d.scale;
   info.scale_sigma = d.scale_sigma;
   info.deformation_rms_mm = d.deformation_rms;

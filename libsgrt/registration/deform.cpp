@@ -32,7 +32,7 @@ void check(const DeformOptions& o) {
   if (mode < 0 || mode > 2) fail(Status::kInvalidArgument, "mode: " + std::to_string(mode) + ", expected 0 to 2");
   in(o.min_rigid_share, 0, 1, "min_rigid_share");
   in(o.max_structure, 0, 1e5, "max_structure_mm");
-  in(o.runner_up_share, 0, 1, "runner_up_share");
+  in(o.max_rivalry, 0, 1, "max_rivalry");
   in(o.stiffness, 1e-6, 1e6, "stiffness");
 }
 
@@ -86,10 +86,20 @@ Surface subset(const Surface& s, const std::vector<std::int64_t>& rows) {
   return out;
 }
 
+// What changes its shape lets ICP circle for longer.
+IcpResult align_patiently(const Run& run, const Surface& reference, const Surface& live, const Vec3& isocentre,
+                          const Roi* roi, const Pose& start, IcpOptions options) {
+  IcpResult r = align(run, reference, live, isocentre, roi, start, options);
+  if (r.status != Status::kNotConverged) return r;
+  options.max_iterations *= 5;
+  options.step_tolerance *= 10;
+  return align(run, reference, live, isocentre, roi, start, options);
+}
+
 // The certified registration of some live points, its maps spread over all of them.
 IcpResult align_rows(const Run& run, const Scene& scene, const std::vector<std::int64_t>& rows, const Vec3& isocentre,
                      const Roi* roi, const Pose& start, const IcpOptions& options) {
-  IcpResult r = align(run, scene.reference, subset(scene.live, rows), isocentre, roi, start, options);
+  IcpResult r = align_patiently(run, scene.reference, subset(scene.live, rows), isocentre, roi, start, options);
   const auto n = static_cast<std::size_t>(scene.live.size());
   Eigen::VectorXd distance = Eigen::VectorXd::Constant(scene.live.size(), kNan);
   std::vector<std::uint8_t> inlier(n, 0);
@@ -126,6 +136,11 @@ void give_up(IcpResult& r, Status status, const std::string& message) {
   r.message = r.verdict_words = message;
 }
 
+void doubt(IcpResult& r, const std::string& words) {
+  r.verdict_words = (r.verdict == Verdict::kWeak ? r.verdict_words + "; " : "weak: ") + words;
+  r.verdict = Verdict::kWeak;
+}
+
 std::string percent(double share) {
   return std::to_string(std::lround(100 * share)) + " %";
 }
@@ -137,6 +152,12 @@ std::string rounded(double mm) {
 double difference_at(const Pose& a, const Pose& b, const Vec3& isocentre) {
   const Pose d = about(a * b.inverse(), isocentre);
   return std::hypot(d.t.norm(), kTurnLever * so3_log(d.R).norm());
+}
+
+// One sigma of the whole motion at the isocentre, mm.
+double length_of(const Mat6& covariance) {
+  const Vec6 variance = covariance.diagonal();
+  return std::sqrt(kTurnLever * kTurnLever * variance.head<3>().sum() + variance.tail<3>().sum());
 }
 
 // The pose error that coherent misfit of this rms makes: each patch with its neighbours is one draw.
@@ -169,6 +190,7 @@ void solve_rigid(const Run& run, Scene& scene, const Vec3& isocentre, const Roi*
   out.rigid_share = part.share;
   out.runner_up_share = part.runner_up_share;
   out.runner_up_distance = part.runner_up_distance;
+  out.runner_up_rivalry = part.runner_up_rivalry;
   const auto contacts = scene.contacts(run, scene.live, part.pose, o.icp);
   std::vector<std::int64_t> rows;
   for (const Contact& c : contacts) {
@@ -180,7 +202,7 @@ void solve_rigid(const Run& run, Scene& scene, const Vec3& isocentre, const Roi*
                    "cannot tell the rigid motion: only " + percent(part.share) +
                        " of the region moved as one, at least " + percent(o.min_rigid_share) + " is needed");
   }
-  if (part.runner_up_share > part.share - o.runner_up_share) {
+  if (part.runner_up_rivalry > o.max_rivalry) {
     return give_up(out.icp, Status::kDegenerate,
                    "cannot tell the rigid motion: another one, " + rounded(part.runner_up_distance) +
                        " mm away, explains " + percent(part.runner_up_share) + " of the region, this one " +
@@ -189,7 +211,7 @@ void solve_rigid(const Run& run, Scene& scene, const Vec3& isocentre, const Roi*
   out.icp = align_rows(run, scene, rows, isocentre, roi, part.pose, o.icp);
   if (out.icp.status != Status::kOk) return;
   const double apart = difference_at(out.icp.reference_from_live, part.pose, isocentre);
-  if (apart > kDisagree && apart > 4 * std::sqrt(out.icp.covariance.diagonal().tail<3>().sum())) {
+  if (apart > kDisagree && apart > 4 * length_of(out.icp.covariance)) {
     return give_up(out.icp, Status::kDegenerate,
                    "cannot tell the rigid motion: patches and points differ by " + rounded(apart) + " mm");
   }
@@ -207,9 +229,10 @@ void solve_rigid(const Run& run, Scene& scene, const Vec3& isocentre, const Roi*
     const double worst =
         std::sqrt(std::max(out.icp.covariance.diagonal().tail<3>().maxCoeff(),
                            kTurnLever * kTurnLever * out.icp.covariance.diagonal().head<3>().maxCoeff()));
-    if (worst > o.icp.weak_sigma && out.icp.verdict == Verdict::kOk) {
-      out.icp.verdict = Verdict::kWeak;
-      out.icp.verdict_words = "weak: sigma " + rounded(worst) + " mm by what changed its shape";
+    if (worst > o.icp.weak_sigma) {
+      doubt(out.icp, "sigma " + rounded(worst) + " mm by what changed its shape");
+    } else if (out.structure > 0.5 * o.max_structure) {
+      doubt(out.icp, "what moved as one still changes its shape by " + rounded(out.structure) + " mm rms");
     }
   }
 }
@@ -256,9 +279,9 @@ DeformResult deform_align(const Run& run, const Surface& reference, const Surfac
   out.scale_sigma = out.scale = kNan;
   out.rigid.assign(static_cast<std::size_t>(live.size()), 255);
   // The rigid registration of all first: its start, and its refusals.
-  out.icp = align(run, reference, live, isocentre, roi, initial, options.icp);
-  if (out.icp.status != Status::kOk) return out;
-  const Pose start = out.icp.reference_from_live;
+  out.icp = align_patiently(run, reference, live, isocentre, roi, initial, options.icp);
+  if (out.icp.status != Status::kOk && out.icp.status != Status::kNotConverged) return out;
+  const Pose start = out.icp.status == Status::kOk ? out.icp.reference_from_live : initial;
   try {
     Scene scene(run, reference, live);
     scene.patches = make_patches(scene.field, roi, 1, scene.reference_roughness);

@@ -13,7 +13,7 @@ struct DeformOptions {
   DeformMode mode = DeformMode::kRigid;
   double min_rigid_share = 0.6;  // of the region's area that is seen; below it nothing can be told
   double max_structure = 0.1;    // mm rms: coherent change of shape that may be left in what is taken for rigid
-  double runner_up_share = 0.1;  // another motion that explains so little less of the area makes the answer ambiguous
+  double max_rivalry = 0.5;      // of another motion, see runner_up_rivalry; above it the answer is ambiguous
   double stiffness = 1;          // of the field; higher: smoother
   IcpOptions icp;
 };
@@ -23,6 +23,7 @@ struct DeformResult {
   double rigid_share = 0;             // of the region's seen area
   double structure = 0;               // mm rms, coherent residual within the rigid part
   double runner_up_share = 0;         // explained by the best motion that differs from the answer
+  double runner_up_rivalry = 0;       // area that it alone explains over area that the answer alone explains
   double runner_up_distance = 0;      // mm, by which it differs (turns at 100 mm); NaN: there is none
   double scale = 1, scale_sigma = 0;  // live to reference; 1 and NaN unless kSimilarity
   double deformation_rms = 0, deformation_max = 0;  // mm, of the map

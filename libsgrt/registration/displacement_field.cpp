@@ -10,12 +10,14 @@
 namespace sgrt {
 namespace {
 
-constexpr int kBlend = 5;  // nodes that move a point
+constexpr int kBlend = 5;         // nodes that move a point
+constexpr double kModel2 = 0.01;  // mm2: what a field of so few nodes cannot follow
 constexpr int kRounds = 8;
-constexpr double kRest = 1e-3;   // mm
-constexpr double kSlope = 0.25;  // mm: by which neighbouring nodes' displacements differ, one sigma, at stiffness 1
-constexpr double kAway = 20;     // mm: by which a node moves at all; holds what nothing else does
-constexpr double kTukeyEnd = 6;  // sigmas
+constexpr double kRest = 1e-3;     // mm
+constexpr double kSlope = 0.25;    // mm: by which neighbouring nodes' displacements differ, one sigma, at stiffness 1
+constexpr double kAway = 20;       // mm: by which a node moves at all; holds what nothing else does
+constexpr double kTukeyEnd = 6;    // sigmas, and at least
+constexpr double kNoOutlier = 10;  // mm: the field is there for what does not fit at first
 
 struct Blend {
   std::int32_t node[kBlend];
@@ -55,13 +57,14 @@ double noise_of(const std::vector<Contact>& contacts) {
   return std::max(1.0, 1.4826 * *middle);
 }
 
-// Adds sum w (r + n . sum_k b_k delta_k)^2 / (noise^2 v).
+// Adds sum w (r + n . sum_k b_k delta_k)^2 / (noise^2 v + model^2).
 void add_data(const std::vector<Contact>& contacts, const std::vector<Blend>& blends, Eigen::MatrixXd& A,
               Eigen::VectorXd& g) {
   const double noise = noise_of(contacts);
   for (const Contact& c : contacts) {
-    const double u = c.r / (kTukeyEnd * noise * std::sqrt(c.variance));
-    const double w = u * u < 1 ? (1 - u * u) * (1 - u * u) / (noise * noise * c.variance) : 0;
+    const double variance = noise * noise * c.variance + kModel2;
+    const double u = c.r / std::max(kNoOutlier, kTukeyEnd * std::sqrt(variance));
+    const double w = u * u < 1 ? (1 - u * u) * (1 - u * u) / variance : 0;
     if (!(w > 0)) continue;
     const Blend& b = blends[static_cast<std::size_t>(c.live)];
     const Mat3 nn = w * c.n * c.n.transpose();

@@ -13,6 +13,7 @@ constexpr int kSearches = 4, kSteps = 10;
 constexpr double kRest = 2e-3;         // mm, of the farthest patch
 constexpr double kTurnLever = 100;     // mm, at which turns are compared with shifts
 constexpr double kDifferent = 0.3;     // mm at the isocentre: another motion
+constexpr double kBehind = 0.15;       // of the area: agrees that much worse, and is no rival
 constexpr double kSignificant2 = 100;  // in the metric of the information
 
 Pose motion_of(const Vec6& xi, const Patches& patches) {
@@ -58,19 +59,29 @@ double area_of(const Patches& patches, const std::vector<std::uint8_t>& marked) 
   return area;
 }
 
-// The best motion that differs from the answer beyond what noise explains.
+// Of the motions that differ from the answer beyond what noise explains, the one that rivals it most: by the area that
+// it alone explains over the area that the answer alone explains. Where both agree nothing speaks for either.
 void find_runner_up(const std::vector<Agreement>& found, const Patches& patches, const Evidence& e,
                     const Vec3& isocentre, RigidPart& part) {
   std::vector<double> weights(patches.size(), 0);
   const std::vector<std::uint8_t> rigid = agreeing(patches, e, found[0].xi);
   for (std::size_t p = 0; p < patches.size(); ++p) weights[p] = rigid[p];
   const Mat6 A = information(e, weights, nullptr) / (e.noise * e.noise);
-  part.runner_up_share = 0;
+  part.runner_up_rivalry = part.runner_up_share = 0;
   part.runner_up_distance = std::numeric_limits<double>::quiet_NaN();
   for (const Agreement& a : found) {
     const Vec6 d = a.xi - found[0].xi;
     const double length = length_at(d, patches, isocentre);
-    if (length < kDifferent || d.dot(A * d) < kSignificant2 || a.share <= part.runner_up_share) continue;
+    if (length < kDifferent || d.dot(A * d) < kSignificant2 || a.score > found[0].score + kBehind) continue;
+    const std::vector<std::uint8_t> other = agreeing(patches, e, a.xi);
+    double ours = 0, theirs = 0;
+    for (std::size_t p = 0; p < patches.size(); ++p) {
+      if (rigid[p] && !other[p]) ours += patches.area[p];
+      if (other[p] && !rigid[p]) theirs += patches.area[p];
+    }
+    const double rivalry = theirs / std::max(ours, 1e-9 * e.seen_area);
+    if (rivalry <= part.runner_up_rivalry) continue;
+    part.runner_up_rivalry = rivalry;
     part.runner_up_share = a.share;
     part.runner_up_distance = length;
   }

@@ -12,6 +12,7 @@ struct RigidPart {
   std::vector<std::uint8_t> core;   // agrees, and does not touch one that does not
   double share = 0;
   double runner_up_share = 0, runner_up_distance;  // NaN: there is none
+  double runner_up_rivalry = 0;  // area that it alone explains over area that the answer alone explains
 };
 
 RigidPart find_rigid_part(const Run& run, const Field& field, const Patches& patches, const Surface& live,

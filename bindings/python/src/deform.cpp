@@ -48,7 +48,7 @@ int32_t mode_of(const std::string& name) {
 
 Deform align(const Surface& reference, const Surface& live, const ArrayLike& isocentre_mm, const Roi* roi,
              const MaybeArray& initial_reference_from_live, const std::string& mode, double min_rigid_share,
-             double max_structure_mm, double runner_up_share, double stiffness, double max_distance_mm,
+             double max_structure_mm, double max_rivalry, double stiffness, double max_distance_mm,
              double min_inlier_share, Context* context) {
   const Vec3 isocentre(isocentre_mm, "isocentre_mm");
   std::optional<Mat4> initial;
@@ -57,7 +57,7 @@ Deform align(const Surface& reference, const Surface& live, const ArrayLike& iso
   options.mode = mode_of(mode);
   options.min_rigid_share = min_rigid_share;
   options.max_structure_mm = max_structure_mm;
-  options.runner_up_share = runner_up_share;
+  options.max_rivalry = max_rivalry;
   options.stiffness = stiffness;
   auto icp = defaults(sgrt_icp_options_init);
   icp.max_distance_mm = max_distance_mm;
@@ -79,7 +79,7 @@ reference, live, isocentre_mm, roi, initial_reference_from_live, max_distance_mm
 mode: 'rigid': finds the region that moved rigidly and reports its motion alone; 'similarity': one scale for all, live first scaled
     about the isocentre; 'field': as 'rigid', and a smooth displacement field over that motion (deformation_mm).
 min_rigid_share: of the region's seen area; below it nothing can be told. max_structure_mm: coherent change of shape that may be
-left in what is taken for rigid. runner_up_share: another motion that explains so little less of the area makes the answer
+left in what is taken for rigid. max_rivalry: above it another motion (runner_up_rivalry) makes the answer
 ambiguous. stiffness: of the field, relative.
 
 Raises NotFound: cannot tell, too little moved as one; no overlap. Degenerate: cannot tell, two motions explain the region nearly as
@@ -154,6 +154,9 @@ C: sgrt_deform_summary, sgrt_deform_array, sgrt_deform_text)");
       cls, "runner_up_distance_mm", [](const sgrt_deform_info& i) { return i.runner_up_distance_mm; },
       "By which it differs at the isocentre, turns at 100 mm.");
   number(
+      cls, "runner_up_rivalry", [](const sgrt_deform_info& i) { return i.runner_up_rivalry; },
+      "Area that it alone explains over area that the answer alone explains.");
+  number(
       cls, "scale", [](const sgrt_deform_info& i) { return i.scale; }, "Live to reference; 1 but for 'similarity'.");
   number(
       cls, "scale_sigma", [](const sgrt_deform_info& i) { return i.scale_sigma; }, "One sigma of it.");
@@ -175,7 +178,7 @@ C: sgrt_deform_summary, sgrt_deform_array, sgrt_deform_text)");
   m.def("deform_align", &align, py::arg("reference"), py::arg("live"), py::kw_only(), py::arg("isocentre_mm"),
         py::arg("roi") = none, py::arg("initial_reference_from_live") = none, py::arg("mode") = "rigid",
         py::arg("min_rigid_share") = d.min_rigid_share, py::arg("max_structure_mm") = d.max_structure_mm,
-        py::arg("runner_up_share") = d.runner_up_share, py::arg("stiffness") = d.stiffness,
+        py::arg("max_rivalry") = d.max_rivalry, py::arg("stiffness") = d.stiffness,
         py::arg("max_distance_mm") = icp.max_distance_mm, py::arg("min_inlier_share") = icp.min_inlier_share,
         py::arg("context") = none, kAlignDoc);
 }
