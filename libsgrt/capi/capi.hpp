@@ -6,6 +6,7 @@
 #include <sgrt.h>
 
 #include <memory>
+#include <mutex>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -20,6 +21,9 @@
 #include "core/run.hpp"
 #include "core/surface.hpp"
 #include "registration/deform.hpp"
+#include "nurbs/curve.hpp"
+#include "nurbs/evaluate.hpp"
+#include "nurbs/fit.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
@@ -53,6 +57,24 @@ struct sgrt_stereo_session {
   sgrt::StereoMatcher matcher;
   double time_s;  // of the last push
   sgrt_stereo lent;
+};
+
+// The texts are written at the first wish for them.
+struct sgrt_nurbs_curve {
+  sgrt::NurbsCurve curve;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_nurbs_surface {
+  explicit sgrt_nurbs_surface(sgrt::NurbsSurface surface) : evaluator(std::move(surface)) {}
+  sgrt::SurfaceEvaluator evaluator;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_nurbs_fit {
+  sgrt::NurbsFit fit;
 };
 
 struct sgrt_icp {

@@ -5,6 +5,7 @@ A missing file is an OSError, a malformed one sgrt.FormatError (also a ValueErro
 """
 
 from .captures import Capture, read_captures, write_captures
+from .nurbs import read_nurbs_curve, read_nurbs_surface, write_nurbs
 from .ply import read_surface, write_surface
 from .png import read_image, write_image
 from .poses import PoseTrack, read_poses, write_poses
@@ -17,6 +18,8 @@ __all__ = [
     "PoseTrack",
     "read_captures",
     "read_image",
+    "read_nurbs_curve",
+    "read_nurbs_surface",
     "read_pose",
     "read_poses",
     "read_rig",
@@ -25,6 +28,7 @@ __all__ = [
     "registration_document",
     "write_captures",
     "write_image",
+    "write_nurbs",
     "write_poses",
     "write_registration",
     "write_rig",
