@@ -1,5 +1,7 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
+ * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo, icp,
+ * deform, tracker.
  * This header is the C manual; its sections follow the pipeline.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose
@@ -981,6 +983,81 @@ enum {
   SGRT_ICP_WORDS = 2    /* of free motion `index`: "slides along LNG" */
 };
 SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_t index);
+
+/* -------------------------------------------------------------------------------------------------------- deform */
+
+/* Result of a registration of a body that is not rigid. */
+typedef struct sgrt_deform sgrt_deform;
+
+enum {
+  SGRT_DEFORM_RIGID = 0,      /* find the region that moved rigidly and report its motion alone */
+  SGRT_DEFORM_SIMILARITY = 1, /* one scale for all */
+  SGRT_DEFORM_FIELD = 2       /* as SGRT_DEFORM_RIGID, and a smooth displacement field over that motion */
+};
+
+typedef struct sgrt_deform_options {
+  uint32_t struct_size;
+  int32_t mode;            /* SGRT_DEFORM_...; default SGRT_DEFORM_RIGID */
+  double min_rigid_share;  /* of the region's seen area, 0 to 1; below it nothing can be told; default 0.6 */
+  double max_structure_mm; /* coherent change of shape, rms, that may be left in what is taken for rigid; default 0.1 */
+  double max_rivalry;      /* of another motion, see runner_up_rivalry; above it the answer is ambiguous; default 0.5 */
+  double stiffness;        /* of the field, relative; higher: smoother; default 1 */
+} sgrt_deform_options;
+SGRT_API sgrt_status sgrt_deform_options_init(sgrt_deform_options *options, size_t size);
+
+/* Lays `live` on `reference` although the body changed its shape (an expression, a breath): the motion of the part that moved
+ * rigidly, apart from the deformation of the rest (docs/theory/nonrigid.md). Arguments as sgrt_icp_align; icp_options may be NULL.
+ * *result is written for SGRT_OK and for statuses 10-19; free with sgrt_deform_free.
+ *
+ * SGRT_E_NOT_FOUND   cannot tell: too little of the region moved as one (options->min_rigid_share), or what did still changes its shape; the
+ *                    scale ran away; no overlap
+ * SGRT_E_DEGENERATE  cannot tell: two motions explain the region nearly as well; the surfaces leave a motion or the size free
+ * otherwise as sgrt_icp_align. since 0.1 */
+SGRT_API sgrt_status sgrt_deform_align(sgrt_context *context, const sgrt_surface *reference, const sgrt_surface *live,
+                                       const double isocentre_mm[3], const sgrt_roi *roi,
+                                       const double initial_reference_from_live[16], const sgrt_deform_options *options,
+                                       const sgrt_icp_options *icp_options, sgrt_deform **result);
+SGRT_API void sgrt_deform_free(sgrt_deform *result);
+
+/* Numbers are NaN where they were not found. With SGRT_DEFORM_SIMILARITY live is first scaled about the isocentre,
+ * x -> iso + scale (x - iso), then moved by reference_from_live. */
+typedef struct sgrt_deform_info {
+  uint32_t struct_size;
+  sgrt_status status; /* as sgrt_deform_align returned */
+  int32_t verdict;    /* SGRT_VERDICT_... */
+  int32_t free_count; /* free directions, see SGRT_DEFORM_WORDS */
+  double reference_from_live[16]; /* of the rigid part */
+  double isocentre_mm[3];
+  sgrt_patient_displacement displacement;
+  sgrt_couch_correction correction;
+  double covariance[36]; /* as sgrt_icp_info's; with what the change of shape may do to it */
+  double sigma_mm[3];
+  double sigma_deg[3];
+  double rms_mm;       /* of the rigid part */
+  double inlier_share; /* of its points */
+  double rigid_share;  /* of the region's seen area: what moved as one */
+  double structure_mm; /* rms, coherent change of shape found within it */
+  double runner_up_share;       /* explained by the best motion that differs from the answer; 0: there is none */
+  double runner_up_distance_mm; /* by which it differs at the isocentre, turns at 100 mm */
+  double runner_up_rivalry;     /* area that it alone explains over area that the answer alone explains */
+  double scale, scale_sigma;    /* live to reference; 1 and NaN but with SGRT_DEFORM_SIMILARITY */
+  double deformation_rms_mm, deformation_max_mm; /* of the map; 0 without one */
+} sgrt_deform_info;
+SGRT_API sgrt_status sgrt_deform_summary(const sgrt_deform *result, sgrt_deform_info *info);
+
+enum {
+  SGRT_DEFORM_PART = 1,     /* u8, N or H x W as live: 1 moved rigidly, 0 changed its shape, 255 not known; not for similarity */
+  SGRT_DEFORM_DISTANCE = 2, /* f64, like it: signed distance map at the rigid part's pose, mm */
+  SGRT_DEFORM_MAP = 3       /* f64, N x 3 or H x W x 3: the change of shape of each live point, mm, reference axes; NaN where not
+                               known; absent but with SGRT_DEFORM_FIELD */
+};
+SGRT_API sgrt_status sgrt_deform_array(const sgrt_deform *result, int32_t field, sgrt_view *view);
+
+enum {
+  SGRT_DEFORM_VERDICT = 1, /* "ok", "weak: ...", or why it cannot tell */
+  SGRT_DEFORM_WORDS = 2    /* of free motion `index` */
+};
+SGRT_API const char *sgrt_deform_text(const sgrt_deform *result, int32_t field, int32_t index);
 
 /* ------------------------------------------------------------------------------------------------------- tracker */
 

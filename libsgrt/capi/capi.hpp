@@ -23,11 +23,12 @@
 #include "nurbs/curve.hpp"
 #include "nurbs/evaluate.hpp"
 #include "nurbs/fit.hpp"
+#include "registration/deform.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
-#include "volume/contours.hpp"
 #include "tracking/tracker.hpp"
+#include "volume/contours.hpp"
 
 struct sgrt_context {
   sgrt::ThreadPool pool;
@@ -83,6 +84,10 @@ struct sgrt_volume {
 
 struct sgrt_icp {
   sgrt::IcpResult result;
+};
+
+struct sgrt_deform {
+  sgrt::DeformResult result;
 };
 
 struct sgrt_tracker {
