@@ -64,6 +64,9 @@ struct Roi {
 struct Rig {
   Owned<sgrt_rig, sgrt_rig_free> handle;
 };
+struct Nurbs {  // a surface
+  Owned<sgrt_nurbs_surface, sgrt_nurbs_surface_free> handle;
+};
 
 // ------------------------------------------------------------------------------------------------------------- calls
 
@@ -225,7 +228,10 @@ void register_roi(py::module_& m);
 void register_frame(py::module_& m);
 void register_rig(py::module_& m);
 void register_stereo(py::module_& m);
+void register_nurbs(py::module_& m);
+void register_nurbs_fit(py::module_& m);
 void register_icp(py::module_& m);
+void register_tracker(py::module_& m);
 
 }  // namespace sgrt_py
 

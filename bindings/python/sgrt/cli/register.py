@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Context, Icp, Roi, Surface, icp_align
-from ..couch import turn_roi, turn_surface
 from ..errors import Error
+from ..frames import couch_turn, four_dof
 from ..io import read_pose, read_roi, read_surface, registration_document
 from ._common import FILE, Failure, Stopwatch, about, common, print_json, working
 
@@ -43,11 +43,11 @@ def _read(
     region = read_roi(roi) if roi else None
     if couch_deg == 0:
         return *surfaces, region
-    turned = turn_surface(surfaces[0], couch_deg=couch_deg, isocentre_mm=isocentre_mm)
+    turn = couch_turn(couch_deg, isocentre_mm)
     if region is not None:
         with about(roi):
-            region = turn_roi(region, couch_deg=couch_deg, isocentre_mm=isocentre_mm)
-    return turned, surfaces[1], region
+            region = region.moved(turn)
+    return surfaces[0].moved(turn), surfaces[1], region
 
 
 def _print(result: Icp, ms: float) -> None:
@@ -62,6 +62,11 @@ def _print(result: Icp, ms: float) -> None:
         f"verdict {result.verdict_text}; rms {result.rms_mm:.3f} mm, inliers {100 * result.inlier_share:.1f} %,"
         f" {result.iterations} iterations, {ms:.0f} ms"
     )
+
+
+def _four_dof(result: Icp) -> dict[str, Any]:
+    correction, remaining = four_dof(result.reference_from_live, result.isocentre_mm)
+    return {"couch_correction_4dof": correction.as_dict(), "remaining_displacement": remaining.as_dict()}
 
 
 def _align(
@@ -104,6 +109,12 @@ def _align(
     " where the reference was. The reference, and a polygon ROI with it, is first turned about the vertical axis at"
     " the isocentre; the result is relative to it, in room axes.",
 )
+@click.option(
+    "--couch-dof",
+    type=click.Choice(["6", "4"]),
+    default="6",
+    help="4: also what a couch without pitch and roll can do, and what then remains; default: 6.",
+)
 @common
 def command(
     reference: Path,
@@ -112,6 +123,7 @@ def command(
     roi: Path | None,
     initial: str,
     couch_deg: float,
+    couch_dof: str,
     threads: int,
     as_json: bool,
 ) -> int:
@@ -133,8 +145,12 @@ def command(
             found = error.result if isinstance(error.result, Icp) else None
             print_json(registration_document(found, status=error.word, isocentre_mm=isocentre_mm, timing_ms=ms))
         raise
+    four = _four_dof(result) if couch_dof == "4" else {}
     if as_json:
-        print_json(registration_document(result, timing_ms=ms))
+        print_json(registration_document(result, timing_ms=ms) | four)
     else:
         _print(result, ms)
+        for title, shift in four.items():
+            numbers = ", ".join(f"{name} {shift[key]:+.3f}" for name, key in ROWS if shift[key])
+            print(f"{title.replace('_', ' ')}: {numbers or 'none'}")
     return 0
