@@ -403,7 +403,10 @@ void finish(const Run& run, const Matcher& matcher, const Grid& grid, const Matc
               RowMatch small = work.small[k];
               if (small.outcome == kernels::kConverged) {
                 unbend(shape, small);
-                sound ? mix(share, small, m) : void(m = small);
+                if (sound)
+                  mix(share, small, m);
+                else
+                  m = small;
                 sound = true;
               }
             }

@@ -115,7 +115,7 @@ TEST(Dense, BothInstructionSetsGiveTheSameBits) {
   const RectifiedImage left = image_of(texture);
   const Disparity truth = [](double x, double) { return 9.3 + 0.1 * (x - 70); };
   const Warped w(left, right_of(truth), truth);
-  Run fast;
+  sgrt::Run fast;
   fast.isa = Isa::kAvx2;
   const Grid whole{47, 33, 3, 1};  // rims included
   const auto a = step(left, w, whole), b = step(left, w, whole, fast);
