@@ -1,5 +1,7 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
+ * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo, icp,
+ * deform, tracker.
  * This header is the C manual; its sections follow the pipeline.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose
@@ -786,6 +788,13 @@ SGRT_API sgrt_status sgrt_nurbs_fit_array(const sgrt_nurbs_fit *fit, int32_t fie
 /* The fitted surface as a new handle, clamped on [0, 1] x [0, 1]; free both. since 0.1 */
 SGRT_API sgrt_status sgrt_nurbs_fit_surface(const sgrt_nurbs_fit *fit, sgrt_nurbs_surface **surface);
 
+/* The fit as numbers, to travel between processes, and back: the same fit to the last bit. count: how many they are;
+ * numbers: f64, one dimension, or its data NULL to learn the count alone; both may be NULL, not both at once. What the
+ * numbers mean may change between versions, which from_state tells apart.
+ * SGRT_E_INVALID_ARGUMENT  another length; numbers that are no such state. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_state(const sgrt_nurbs_fit *fit, const sgrt_mut_view *numbers, int64_t *count);
+SGRT_API sgrt_status sgrt_nurbs_fit_from_state(const sgrt_view *numbers, sgrt_nurbs_fit **fit);
+
 /* What is wanted of N places; an array whose data is NULL is not. All f64. */
 typedef struct sgrt_nurbs_fit_samples {
   uint32_t struct_size;
@@ -811,6 +820,96 @@ SGRT_API sgrt_status sgrt_nurbs_fit_evaluate(sgrt_context *context, const sgrt_n
 SGRT_API sgrt_status sgrt_nurbs_fit_nearest(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *points,
                                             const sgrt_mut_view *uv);
 
+/* -------------------------------------------------------------------------------------------------------- volume */
+
+/* A closed body with the skin round it: what a planning CT or a structure set says of the patient. Immutable. */
+typedef struct sgrt_volume sgrt_volume;
+
+typedef struct sgrt_volume_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double rescale_slope, rescale_intercept; /* value = slope * stored + intercept, HU; default 1, 0 */
+  double threshold_hu;      /* where the skin lies; NaN, the default: at each place half-way between the air outside and the tissue inside */
+  double body_threshold_hu; /* what tells tissue from air to find the body; default -480 */
+  double closing_mm;        /* air that a ball of this radius cannot reach from outside is inside (airways, lips); 0 to 50; default 4 */
+  double smoothing_mm;      /* radius of the quadric that smooths without shrinking, 0: none, at most 50; NaN, the default: 2.5 mm or twice the
+                               coarsest spacing */
+  double padding_hu;        /* value of voxels that were not scanned; NaN, the default: all below -1100 */
+  double down[3];           /* towards the couch, in the volume's frame: (0, 1, 0) in DICOM coordinates of a supine patient. Default 0, 0, 0: no
+                               couch is searched for */
+} sgrt_volume_options;
+SGRT_API sgrt_status sgrt_volume_options_init(sgrt_volume_options *options, size_t size);
+
+/* The skin of a CT volume (docs/theory/volume.md): couch removed, the largest body, airways closed, sub-voxel by the profile across each place of
+ * the skin.
+ *
+ * voxels: slices x rows x columns, i16, u16, u8 or f32, borrowed for the call and not copied. frame_from_voxel: 4 x 4, mm, maps (column, row,
+ * slice) to the frame in which the result is wanted; any spacing, oblique or mirrored. options may be NULL.
+ *
+ * SGRT_E_INVALID_ARGUMENT  dtype, shape, a side below 2; a matrix that is not affine or flattens the volume; an option out of range; a voxel
+ *                          that is NaN or Inf
+ * SGRT_E_NOT_FOUND         no voxel above body_threshold_hu, or the body meets air nowhere inside the volume
+ * SGRT_E_LIMIT             a side above 32,768, more than 4 GiB of voxels
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_volume_skin(sgrt_context *context, const sgrt_view *voxels, const double frame_from_voxel[16],
+                                      const sgrt_volume_options *options, sgrt_volume **volume);
+
+typedef struct sgrt_contours_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double pixel_mm;     /* of the maps of distance to the contours, 0.1 to 10; default 0.75 */
+  double smoothing_mm; /* as in sgrt_volume_options; default 0: the surface goes through the contours */
+} sgrt_contours_options;
+SGRT_API sgrt_status sgrt_contours_options_init(sgrt_contours_options *options, size_t size);
+
+/* A closed surface from planar contours on a stack of slices, e.g. the EXTERNAL structure of an RTSTRUCT: between slices the signed distance is
+ * interpolated (Raya and Udupa 1990), so that legs and arms branch. Contours within contours are holes (even-odd rule). Slices may be unequally
+ * spaced.
+ *
+ * points: P x 3, mm, all contours one after the other. lengths: C, i32, points of each contour, 3 or more; they sum to P. options may be NULL.
+ *
+ * SGRT_E_INVALID_ARGUMENT  lengths that do not sum to P; a contour that leaves its plane by more than 0.05 mm, or is not parallel to the others (named)
+ * SGRT_E_INSUFFICIENT_DATA all on one slice, no contour with an area
+ * SGRT_E_LIMIT             more than 5e8 pixels in all: choose a larger pixel_mm
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_contours_close(sgrt_context *context, const sgrt_view *points, const sgrt_view *lengths,
+                                         const sgrt_contours_options *options, sgrt_volume **volume);
+SGRT_API void sgrt_volume_free(sgrt_volume *volume);
+
+/* Why a vertex is not skin that was measured; 0: it is. */
+enum {
+  SGRT_SKIN_CUT = 1,     /* the body goes on beyond the volume or the round field of view */
+  SGRT_SKIN_CONTACT = 2, /* the couch or another object touches the skin */
+  SGRT_SKIN_CLOSED = 4,  /* an airway or cavity was closed here */
+  SGRT_SKIN_NO_EDGE = 8  /* no clear edge between air and tissue */
+};
+
+typedef struct sgrt_volume_info {
+  uint32_t struct_size;
+  int32_t couch_found;      /* 1: a couch was found and cut away */
+  int64_t vertex_count, face_count;
+  int64_t flag_count[4];    /* vertices with SGRT_SKIN_CUT, _CONTACT, _CLOSED, _NO_EDGE */
+  double volume_mm3;        /* of the closed mesh */
+  double bias_mm;           /* mean over the unflagged vertices of SGRT_VOLUME_BIAS */
+  double sigma_mm;          /* their median sigma; NaN where there is none */
+  double contrast_hu;       /* median of tissue minus air; NaN for contours */
+  double slice_spacing_mm, largest_gap_mm; /* between slices: the median and the largest */
+  int64_t slice_count;
+} sgrt_volume_info;
+SGRT_API sgrt_status sgrt_volume_summary(const sgrt_volume *volume, sgrt_volume_info *info);
+
+enum {
+  SGRT_VOLUME_POINTS = 1,  /* f64, N x 3, vertices of the closed mesh, mm */
+  SGRT_VOLUME_NORMALS = 2, /* f64, N x 3, outward */
+  SGRT_VOLUME_FACES = 3,   /* i32, M x 3, counter-clockwise seen from outside; each edge has two faces */
+  SGRT_VOLUME_SIGMA = 4,   /* f64, N, one sigma along the normal, mm; NaN where flagged; absent without smoothing and for contours */
+  SGRT_VOLUME_BIAS = 5,    /* f64, N, expected distance of the vertex outside (+) the true skin, mm: threshold and blur */
+  SGRT_VOLUME_FLAGS = 6    /* u8, N, SGRT_SKIN_... */
+};
+SGRT_API sgrt_status sgrt_volume_array(const sgrt_volume *volume, int32_t field, sgrt_view *view);
+/* The part of the mesh whose vertices have none of the flags in `without` (a sum of SGRT_SKIN_...; 15: only measured skin, 0: the closed body), as
+ * a surface with normals and, where there is one for every vertex, sigma. SGRT_E_NOT_FOUND  nothing is left. since 0.1 */
+SGRT_API sgrt_status sgrt_volume_surface(const sgrt_volume *volume, int32_t without, sgrt_surface **surface);
 /* ----------------------------------------------------------------------------------------------------------- icp */
 
 /* Result of a fine registration. */
@@ -884,6 +983,81 @@ enum {
   SGRT_ICP_WORDS = 2    /* of free motion `index`: "slides along LNG" */
 };
 SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_t index);
+
+/* -------------------------------------------------------------------------------------------------------- deform */
+
+/* Result of a registration of a body that is not rigid. */
+typedef struct sgrt_deform sgrt_deform;
+
+enum {
+  SGRT_DEFORM_RIGID = 0,      /* find the region that moved rigidly and report its motion alone */
+  SGRT_DEFORM_SIMILARITY = 1, /* one scale for all */
+  SGRT_DEFORM_FIELD = 2       /* as SGRT_DEFORM_RIGID, and a smooth displacement field over that motion */
+};
+
+typedef struct sgrt_deform_options {
+  uint32_t struct_size;
+  int32_t mode;            /* SGRT_DEFORM_...; default SGRT_DEFORM_RIGID */
+  double min_rigid_share;  /* of the region's seen area, 0 to 1; below it nothing can be told; default 0.6 */
+  double max_structure_mm; /* coherent change of shape, rms, that may be left in what is taken for rigid; default 0.1 */
+  double max_rivalry;      /* of another motion, see runner_up_rivalry; above it the answer is ambiguous; default 0.5 */
+  double stiffness;        /* of the field, relative; higher: smoother; default 1 */
+} sgrt_deform_options;
+SGRT_API sgrt_status sgrt_deform_options_init(sgrt_deform_options *options, size_t size);
+
+/* Lays `live` on `reference` although the body changed its shape (an expression, a breath): the motion of the part that moved
+ * rigidly, apart from the deformation of the rest (docs/theory/nonrigid.md). Arguments as sgrt_icp_align; icp_options may be NULL.
+ * *result is written for SGRT_OK and for statuses 10-19; free with sgrt_deform_free.
+ *
+ * SGRT_E_NOT_FOUND   cannot tell: too little of the region moved as one (options->min_rigid_share), or what did still changes its shape; the
+ *                    scale ran away; no overlap
+ * SGRT_E_DEGENERATE  cannot tell: two motions explain the region nearly as well; the surfaces leave a motion or the size free
+ * otherwise as sgrt_icp_align. since 0.1 */
+SGRT_API sgrt_status sgrt_deform_align(sgrt_context *context, const sgrt_surface *reference, const sgrt_surface *live,
+                                       const double isocentre_mm[3], const sgrt_roi *roi,
+                                       const double initial_reference_from_live[16], const sgrt_deform_options *options,
+                                       const sgrt_icp_options *icp_options, sgrt_deform **result);
+SGRT_API void sgrt_deform_free(sgrt_deform *result);
+
+/* Numbers are NaN where they were not found. With SGRT_DEFORM_SIMILARITY live is first scaled about the isocentre,
+ * x -> iso + scale (x - iso), then moved by reference_from_live. */
+typedef struct sgrt_deform_info {
+  uint32_t struct_size;
+  sgrt_status status; /* as sgrt_deform_align returned */
+  int32_t verdict;    /* SGRT_VERDICT_... */
+  int32_t free_count; /* free directions, see SGRT_DEFORM_WORDS */
+  double reference_from_live[16]; /* of the rigid part */
+  double isocentre_mm[3];
+  sgrt_patient_displacement displacement;
+  sgrt_couch_correction correction;
+  double covariance[36]; /* as sgrt_icp_info's; with what the change of shape may do to it */
+  double sigma_mm[3];
+  double sigma_deg[3];
+  double rms_mm;       /* of the rigid part */
+  double inlier_share; /* of its points */
+  double rigid_share;  /* of the region's seen area: what moved as one */
+  double structure_mm; /* rms, coherent change of shape found within it */
+  double runner_up_share;       /* explained by the best motion that differs from the answer; 0: there is none */
+  double runner_up_distance_mm; /* by which it differs at the isocentre, turns at 100 mm */
+  double runner_up_rivalry;     /* area that it alone explains over area that the answer alone explains */
+  double scale, scale_sigma;    /* live to reference; 1 and NaN but with SGRT_DEFORM_SIMILARITY */
+  double deformation_rms_mm, deformation_max_mm; /* of the map; 0 without one */
+} sgrt_deform_info;
+SGRT_API sgrt_status sgrt_deform_summary(const sgrt_deform *result, sgrt_deform_info *info);
+
+enum {
+  SGRT_DEFORM_PART = 1,     /* u8, N or H x W as live: 1 moved rigidly, 0 changed its shape, 255 not known; not for similarity */
+  SGRT_DEFORM_DISTANCE = 2, /* f64, like it: signed distance map at the rigid part's pose, mm */
+  SGRT_DEFORM_MAP = 3       /* f64, N x 3 or H x W x 3: the change of shape of each live point, mm, reference axes; NaN where not
+                               known; absent but with SGRT_DEFORM_FIELD */
+};
+SGRT_API sgrt_status sgrt_deform_array(const sgrt_deform *result, int32_t field, sgrt_view *view);
+
+enum {
+  SGRT_DEFORM_VERDICT = 1, /* "ok", "weak: ...", or why it cannot tell */
+  SGRT_DEFORM_WORDS = 2    /* of free motion `index` */
+};
+SGRT_API const char *sgrt_deform_text(const sgrt_deform *result, int32_t field, int32_t index);
 
 /* ------------------------------------------------------------------------------------------------------- tracker */
 

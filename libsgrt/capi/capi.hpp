@@ -23,10 +23,12 @@
 #include "nurbs/curve.hpp"
 #include "nurbs/evaluate.hpp"
 #include "nurbs/fit.hpp"
+#include "registration/deform.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
 #include "tracking/tracker.hpp"
+#include "volume/contours.hpp"
 
 struct sgrt_context {
   sgrt::ThreadPool pool;
@@ -76,8 +78,16 @@ struct sgrt_nurbs_fit {
   sgrt::NurbsFit fit;
 };
 
+struct sgrt_volume {
+  sgrt::ClosedContours body;  // of a CT: its skin alone
+};
+
 struct sgrt_icp {
   sgrt::IcpResult result;
+};
+
+struct sgrt_deform {
+  sgrt::DeformResult result;
 };
 
 struct sgrt_tracker {

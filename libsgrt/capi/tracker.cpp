@@ -12,10 +12,13 @@ namespace {
 
 static_assert(static_cast<int>(Profile::kConventional) == SGRT_PROFILE_CONVENTIONAL &&
               static_cast<int>(Profile::kSbrt) == SGRT_PROFILE_SBRT &&
-              static_cast<int>(Profile::kSrs) == SGRT_PROFILE_SRS && kHoldNoPose == SGRT_HOLD_NO_POSE &&
-              kHoldWeak == SGRT_HOLD_WEAK && kHoldTranslation == SGRT_HOLD_TRANSLATION &&
-              kHoldRotation == SGRT_HOLD_ROTATION && kHoldBreathing == SGRT_HOLD_BREATHING &&
-              kHoldReturning == SGRT_HOLD_RETURNING && static_cast<int>(TrackState::kLost) == SGRT_TRACK_LOST &&
+              static_cast<int>(Profile::kSrs) == SGRT_PROFILE_SRS &&
+              static_cast<int>(kHoldNoPose) == SGRT_HOLD_NO_POSE && static_cast<int>(kHoldWeak) == SGRT_HOLD_WEAK &&
+              static_cast<int>(kHoldTranslation) == SGRT_HOLD_TRANSLATION &&
+              static_cast<int>(kHoldRotation) == SGRT_HOLD_ROTATION &&
+              static_cast<int>(kHoldBreathing) == SGRT_HOLD_BREATHING &&
+              static_cast<int>(kHoldReturning) == SGRT_HOLD_RETURNING &&
+              static_cast<int>(TrackState::kLost) == SGRT_TRACK_LOST &&
               static_cast<int>(TrackState::kTracking) == SGRT_TRACK_TRACKING &&
               static_cast<int>(TrackState::kFound) == SGRT_TRACK_FOUND);
 

@@ -7,10 +7,12 @@ not a medical device.
 
 from . import errors, frames, io
 from ._core import (
+    SKIN_FLAGS,
     STEREO_REASONS,
     Camera,
     Context,
     CouchCorrection,
+    Deform,
     FuseInfo,
     Icp,
     NurbsCurve,
@@ -26,12 +28,16 @@ from ._core import (
     Surface,
     Tracker,
     TrackFrame,
+    Volume,
+    contours_close,
+    deform_align,
     icp_align,
     nurbs_fit,
     stereo_match,
     surface_distance,
     surface_fuse,
     version,
+    volume_skin,
 )
 from .errors import (
     Cancelled,
@@ -50,11 +56,13 @@ from .errors import (
 __version__ = version()
 
 __all__ = [
+    "SKIN_FLAGS",
     "STEREO_REASONS",
     "Camera",
     "Cancelled",
     "Context",
     "CouchCorrection",
+    "Deform",
     "Degenerate",
     "Error",
     "FormatError",
@@ -80,6 +88,9 @@ __all__ = [
     "Surface",
     "TrackFrame",
     "Tracker",
+    "Volume",
+    "contours_close",
+    "deform_align",
     "errors",
     "frames",
     "icp_align",
@@ -89,4 +100,5 @@ __all__ = [
     "surface_distance",
     "surface_fuse",
     "version",
+    "volume_skin",
 ]
