@@ -433,14 +433,15 @@ typedef struct sgrt_stereo sgrt_stereo;
 
 typedef struct sgrt_stereo_options {
   uint32_t struct_size;
-  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 15 */
-  int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 4 */
+  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 21 */
+  int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 3 */
   int32_t min_component;   /* groups of fewer connected points are rejected as ambiguous; default 30 */
   double volume_min_mm[3]; /* working volume, room axes; it decides the search range. Default -infinity ... */
   double volume_max_mm[3]; /* ... +infinity: wherever both cameras see */
   double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.8 */
   double max_left_right_px; /* left-right check; default 0.5 */
-  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.15 */
+  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.1 */
+  double max_epipolar_px;  /* off the epipolar lines by more (RMS), the rig is out of calibration; default 0.1 */
 } sgrt_stereo_options;
 SGRT_API sgrt_status sgrt_stereo_options_init(sgrt_stereo_options *options, size_t size);
 
@@ -479,6 +480,15 @@ typedef struct sgrt_stereo_info {
   double noise_left;     /* image noise estimated from the matches' residuals, grey levels of the left image; NaN if nothing matched */
   double median_sigma_px; /* predicted one-sigma of a match along the epipolar line */
   double median_sigma_mm;
+  /* The rig on trial: how far matches lie off their epipolar lines, px, over a subset of windows. A right rig leaves noise
+   * alone. NaN where fewer than 20 windows answer. */
+  double epipolar_px;       /* the median: row in the right image less the row that the rig predicts, rectified */
+  double epipolar_sigma_px; /* its sigma */
+  double epipolar_rms_px;   /* over the image, noise taken out */
+  int64_t epipolar_count;   /* windows that answered */
+  int32_t out_of_calibration; /* 1: epipolar_rms_px is beyond max_epipolar_px and beyond three sigma. Depths are then wrong
+                                 by an unknown amount: calibrate again */
+  int32_t reserved2;
 } sgrt_stereo_info;
 SGRT_API sgrt_status sgrt_stereo_summary(const sgrt_stereo *result, sgrt_stereo_info *info);
 
@@ -778,6 +788,13 @@ SGRT_API sgrt_status sgrt_nurbs_fit_array(const sgrt_nurbs_fit *fit, int32_t fie
 /* The fitted surface as a new handle, clamped on [0, 1] x [0, 1]; free both. since 0.1 */
 SGRT_API sgrt_status sgrt_nurbs_fit_surface(const sgrt_nurbs_fit *fit, sgrt_nurbs_surface **surface);
 
+/* The fit as numbers, to travel between processes, and back: the same fit to the last bit. count: how many they are;
+ * numbers: f64, one dimension, or its data NULL to learn the count alone; both may be NULL, not both at once. What the
+ * numbers mean may change between versions, which from_state tells apart.
+ * SGRT_E_INVALID_ARGUMENT  another length; numbers that are no such state. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_state(const sgrt_nurbs_fit *fit, const sgrt_mut_view *numbers, int64_t *count);
+SGRT_API sgrt_status sgrt_nurbs_fit_from_state(const sgrt_view *numbers, sgrt_nurbs_fit **fit);
+
 /* What is wanted of N places; an array whose data is NULL is not. All f64. */
 typedef struct sgrt_nurbs_fit_samples {
   uint32_t struct_size;
@@ -803,6 +820,96 @@ SGRT_API sgrt_status sgrt_nurbs_fit_evaluate(sgrt_context *context, const sgrt_n
 SGRT_API sgrt_status sgrt_nurbs_fit_nearest(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *points,
                                             const sgrt_mut_view *uv);
 
+/* -------------------------------------------------------------------------------------------------------- volume */
+
+/* A closed body with the skin round it: what a planning CT or a structure set says of the patient. Immutable. */
+typedef struct sgrt_volume sgrt_volume;
+
+typedef struct sgrt_volume_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double rescale_slope, rescale_intercept; /* value = slope * stored + intercept, HU; default 1, 0 */
+  double threshold_hu;      /* where the skin lies; NaN, the default: at each place half-way between the air outside and the tissue inside */
+  double body_threshold_hu; /* what tells tissue from air to find the body; default -480 */
+  double closing_mm;        /* air that a ball of this radius cannot reach from outside is inside (airways, lips); 0 to 50; default 4 */
+  double smoothing_mm;      /* radius of the quadric that smooths without shrinking, 0: none, at most 50; NaN, the default: 2.5 mm or twice the
+                               coarsest spacing */
+  double padding_hu;        /* value of voxels that were not scanned; NaN, the default: all below -1100 */
+  double down[3];           /* towards the couch, in the volume's frame: (0, 1, 0) in DICOM coordinates of a supine patient. Default 0, 0, 0: no
+                               couch is searched for */
+} sgrt_volume_options;
+SGRT_API sgrt_status sgrt_volume_options_init(sgrt_volume_options *options, size_t size);
+
+/* The skin of a CT volume (docs/theory/volume.md): couch removed, the largest body, airways closed, sub-voxel by the profile across each place of
+ * the skin.
+ *
+ * voxels: slices x rows x columns, i16, u16, u8 or f32, borrowed for the call and not copied. frame_from_voxel: 4 x 4, mm, maps (column, row,
+ * slice) to the frame in which the result is wanted; any spacing, oblique or mirrored. options may be NULL.
+ *
+ * SGRT_E_INVALID_ARGUMENT  dtype, shape, a side below 2; a matrix that is not affine or flattens the volume; an option out of range; a voxel
+ *                          that is NaN or Inf
+ * SGRT_E_NOT_FOUND         no voxel above body_threshold_hu, or the body meets air nowhere inside the volume
+ * SGRT_E_LIMIT             a side above 32,768, more than 4 GiB of voxels
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_volume_skin(sgrt_context *context, const sgrt_view *voxels, const double frame_from_voxel[16],
+                                      const sgrt_volume_options *options, sgrt_volume **volume);
+
+typedef struct sgrt_contours_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double pixel_mm;     /* of the maps of distance to the contours, 0.1 to 10; default 0.75 */
+  double smoothing_mm; /* as in sgrt_volume_options; default 0: the surface goes through the contours */
+} sgrt_contours_options;
+SGRT_API sgrt_status sgrt_contours_options_init(sgrt_contours_options *options, size_t size);
+
+/* A closed surface from planar contours on a stack of slices, e.g. the EXTERNAL structure of an RTSTRUCT: between slices the signed distance is
+ * interpolated (Raya and Udupa 1990), so that legs and arms branch. Contours within contours are holes (even-odd rule). Slices may be unequally
+ * spaced.
+ *
+ * points: P x 3, mm, all contours one after the other. lengths: C, i32, points of each contour, 3 or more; they sum to P. options may be NULL.
+ *
+ * SGRT_E_INVALID_ARGUMENT  lengths that do not sum to P; a contour that leaves its plane by more than 0.05 mm, or is not parallel to the others (named)
+ * SGRT_E_INSUFFICIENT_DATA all on one slice, no contour with an area
+ * SGRT_E_LIMIT             more than 5e8 pixels in all: choose a larger pixel_mm
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_contours_close(sgrt_context *context, const sgrt_view *points, const sgrt_view *lengths,
+                                         const sgrt_contours_options *options, sgrt_volume **volume);
+SGRT_API void sgrt_volume_free(sgrt_volume *volume);
+
+/* Why a vertex is not skin that was measured; 0: it is. */
+enum {
+  SGRT_SKIN_CUT = 1,     /* the body goes on beyond the volume or the round field of view */
+  SGRT_SKIN_CONTACT = 2, /* the couch or another object touches the skin */
+  SGRT_SKIN_CLOSED = 4,  /* an airway or cavity was closed here */
+  SGRT_SKIN_NO_EDGE = 8  /* no clear edge between air and tissue */
+};
+
+typedef struct sgrt_volume_info {
+  uint32_t struct_size;
+  int32_t couch_found;      /* 1: a couch was found and cut away */
+  int64_t vertex_count, face_count;
+  int64_t flag_count[4];    /* vertices with SGRT_SKIN_CUT, _CONTACT, _CLOSED, _NO_EDGE */
+  double volume_mm3;        /* of the closed mesh */
+  double bias_mm;           /* mean over the unflagged vertices of SGRT_VOLUME_BIAS */
+  double sigma_mm;          /* their median sigma; NaN where there is none */
+  double contrast_hu;       /* median of tissue minus air; NaN for contours */
+  double slice_spacing_mm, largest_gap_mm; /* between slices: the median and the largest */
+  int64_t slice_count;
+} sgrt_volume_info;
+SGRT_API sgrt_status sgrt_volume_summary(const sgrt_volume *volume, sgrt_volume_info *info);
+
+enum {
+  SGRT_VOLUME_POINTS = 1,  /* f64, N x 3, vertices of the closed mesh, mm */
+  SGRT_VOLUME_NORMALS = 2, /* f64, N x 3, outward */
+  SGRT_VOLUME_FACES = 3,   /* i32, M x 3, counter-clockwise seen from outside; each edge has two faces */
+  SGRT_VOLUME_SIGMA = 4,   /* f64, N, one sigma along the normal, mm; NaN where flagged; absent without smoothing and for contours */
+  SGRT_VOLUME_BIAS = 5,    /* f64, N, expected distance of the vertex outside (+) the true skin, mm: threshold and blur */
+  SGRT_VOLUME_FLAGS = 6    /* u8, N, SGRT_SKIN_... */
+};
+SGRT_API sgrt_status sgrt_volume_array(const sgrt_volume *volume, int32_t field, sgrt_view *view);
+/* The part of the mesh whose vertices have none of the flags in `without` (a sum of SGRT_SKIN_...; 15: only measured skin, 0: the closed body), as
+ * a surface with normals and, where there is one for every vertex, sigma. SGRT_E_NOT_FOUND  nothing is left. since 0.1 */
+SGRT_API sgrt_status sgrt_volume_surface(const sgrt_volume *volume, int32_t without, sgrt_surface **surface);
 /* ----------------------------------------------------------------------------------------------------------- icp */
 
 /* Result of a fine registration. */

@@ -28,6 +28,7 @@
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
 #include "tracking/tracker.hpp"
+#include "volume/contours.hpp"
 
 struct sgrt_context {
   sgrt::ThreadPool pool;
@@ -75,6 +76,10 @@ struct sgrt_nurbs_surface {
 
 struct sgrt_nurbs_fit {
   sgrt::NurbsFit fit;
+};
+
+struct sgrt_volume {
+  sgrt::ClosedContours body;  // of a CT: its skin alone
 };
 
 struct sgrt_icp {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capi/capi.hpp"
+#include "nurbs/fit_state.hpp"
 
 namespace sgrt {
 namespace {
@@ -234,6 +235,30 @@ sgrt_status sgrt_nurbs_fit_evaluate(sgrt_context* context, const sgrt_nurbs_fit*
         "evaluating");
     for (std::size_t k = 0; k < kCount; ++k)
       if (!values[k].empty()) write_view(wanted.*kWanted[k].view, values[k].data());
+  });
+}
+
+sgrt_status sgrt_nurbs_fit_state(const sgrt_nurbs_fit* fit, const sgrt_mut_view* numbers, int64_t* count) {
+  return guard([&] {
+    need(fit, "fit");
+    if (absent(numbers)) need(count, "count");
+    const std::vector<double> state = state_of(fit->fit);
+    if (!absent(numbers)) {
+      check_output(numbers, "numbers", SGRT_F64, {static_cast<std::int64_t>(state.size())});
+      write_view(*numbers, state.data());
+    }
+    if (count) *count = static_cast<std::int64_t>(state.size());
+  });
+}
+
+sgrt_status sgrt_nurbs_fit_from_state(const sgrt_view* numbers, sgrt_nurbs_fit** fit) {
+  return guard([&] {
+    need(fit, "fit");
+    check_view(numbers, "numbers", Kind::kReal, {kAny});
+    check_limit(numbers->shape[0], 8 * kMaxPoints, "numbers");
+    std::vector<double> state(static_cast<std::size_t>(numbers->shape[0]));
+    read_view(*numbers, state.data());
+    *fit = new sgrt_nurbs_fit{fit_from_state(state.data(), numbers->shape[0])};
   });
 }
 

@@ -4,6 +4,7 @@
 // docs/theory/nurbs_fit.md.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -28,7 +29,8 @@ struct NurbsFitOptions {
   double tukey = 4.685;            // residuals beyond this many sigma do not count
 };
 
-// The coefficients' grid: cubic B-splines on equal cells, c[j * nu + i] for B_i(u) B_j(v).
+// The coefficients' grid: cubic B-splines on equal cells, c[index(i, j)] for B_i(u) B_j(v). The shorter side is the
+// inner one, so that the band is narrow; round a closed body u is.
 struct FitGrid {
   int cells_u = 0, cells_v = 0;
   bool periodic = false;
@@ -37,8 +39,11 @@ struct FitGrid {
   int nu() const { return periodic ? cells_u : cells_u + 3; }
   int nv() const { return cells_v + 3; }
   int size() const { return nu() * nv(); }
-  int index(int i, int j) const { return j * nu() + (periodic && i >= cells_u ? i - cells_u : i); }
-  int band_width() const { return periodic ? 4 * nu() - 1 : 3 * nu() + 3; }
+  int index(int i, int j) const {
+    if (periodic) return j * nu() + (i >= cells_u ? i - cells_u : i);
+    return nu() <= nv() ? j * nu() + i : i * nv() + j;
+  }
+  int band_width() const { return periodic ? 4 * nu() - 1 : 3 * std::min(nu(), nv()) + 3; }
 };
 
 constexpr int kNeighbourSlots = 28;  // couplings kept of each control point: 7 in u by 4 in v

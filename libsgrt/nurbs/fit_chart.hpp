@@ -47,6 +47,9 @@ Vec3 base_normal(const Chart& chart, double u, double v);  // e
 // |gradient of f along the skin|^2 at a point: the normal leans from e by its arc tangent.
 double slope2(const Chart& chart, double u, double v, double f, double f_u, double f_v);
 
+// Columns and rows at their median pitch; the points' own order, turned so that the normal points outward.
+Chart grid_chart(const Surface& surface);
+
 // Throws kDegenerate where the points lie on a line, or are too flat or too closed for the chart asked for. axis: of
 // the height field or of the cylinder; empty: estimated.
 Chart make_chart(const Run& run, const Surface& surface, FitChart kind, const std::optional<Vec3>& axis);

@@ -54,7 +54,8 @@ struct IcpResult {
 IcpResult align(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
                 const Pose& initial_reference_from_live, const IcpOptions& options);
 
-// The same, the reference prepared for this once. roi may be null. Statuses 10-19 are returned, not thrown, so that the diagnostics are kept.
+// The same, the reference prepared for this once. roi may be null. Statuses 10-19 are returned, not thrown, so that the
+// diagnostics are kept.
 IcpResult align(const Run& run, const Surface& reference, const Surface& live, const Vec3& isocentre, const Roi* roi,
                 const Pose& initial_reference_from_live, const IcpOptions& options);
 

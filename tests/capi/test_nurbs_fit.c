@@ -169,6 +169,8 @@ static void test_bad_arguments(void) {
   sgrt_nurbs_fit_options o;
   sgrt_nurbs_fit_info info;
   sgrt_nurbs_fit_samples s;
+  sgrt_nurbs_fit* twin = NULL;
+  int64_t count = 0;
   sgrt_view view, at = sgrt_view_of(uv, SGRT_F64, 1, 2, 0), two = sgrt_view_of(uv, SGRT_F64, 2, 2, 0);
   sgrt_mut_view place = sgrt_mut_view_of(out, SGRT_F64, 1, 2, 0);
   int i;
@@ -216,6 +218,16 @@ static void test_bad_arguments(void) {
   CHECK_INVALID(sgrt_nurbs_fit_nearest(NULL, fit, NULL, &place), "points");
   CHECK_INVALID(sgrt_nurbs_fit_nearest(NULL, fit, &view, NULL), "uv: NULL");
   CHECK_INVALID(sgrt_nurbs_fit_nearest(NULL, NULL, &view, &place), "fit: NULL");
+  CHECK_INVALID(sgrt_nurbs_fit_state(NULL, NULL, &count), "fit: NULL");
+  CHECK_INVALID(sgrt_nurbs_fit_state(fit, NULL, NULL), "count: NULL");
+  CHECK_OK(sgrt_nurbs_fit_state(fit, NULL, &count));
+  CHECK(count > 100);
+  CHECK_INVALID(sgrt_nurbs_fit_state(fit, &place, NULL), "numbers: shape 1 x 2");
+  CHECK_INVALID(sgrt_nurbs_fit_from_state(NULL, &twin), "numbers: NULL");
+  view = sgrt_view_of(wave_points, SGRT_F64, 7, 0, 0);
+  CHECK_INVALID(sgrt_nurbs_fit_from_state(&view, NULL), "fit: NULL");
+  CHECK_INVALID(sgrt_nurbs_fit_from_state(&view, &twin), "expected the state of a fit");
+  CHECK(twin == NULL);
   sgrt_nurbs_fit_free(fit);
   sgrt_nurbs_fit_free(NULL);
   sgrt_surface_free(surface);
@@ -223,11 +235,36 @@ static void test_bad_arguments(void) {
   sgrt_surface_free(thin);
 }
 
+/* There and back: the same numbers again. */
+static void test_state(void) {
+  sgrt_surface* surface = surface_of(wave_points, 500);
+  sgrt_nurbs_fit *fit = NULL, *twin = NULL;
+  int64_t count = 0, again = 0;
+  double *a, *b;
+  sgrt_mut_view out;
+  sgrt_view in;
+  CHECK_OK(sgrt_nurbs_fit_create(NULL, surface, NULL, &fit));
+  CHECK_OK(sgrt_nurbs_fit_state(fit, NULL, &count));
+  a = malloc((size_t)count * sizeof *a), b = malloc((size_t)count * sizeof *b);
+  out = sgrt_mut_view_of(a, SGRT_F64, count, 0, 0);
+  CHECK_OK(sgrt_nurbs_fit_state(fit, &out, NULL));
+  in = sgrt_view_of(a, SGRT_F64, count, 0, 0);
+  CHECK_OK(sgrt_nurbs_fit_from_state(&in, &twin));
+  out = sgrt_mut_view_of(b, SGRT_F64, count, 0, 0);
+  CHECK_OK(sgrt_nurbs_fit_state(twin, &out, &again));
+  CHECK(again == count && memcmp(a, b, (size_t)count * sizeof *a) == 0);
+  free(a), free(b);
+  sgrt_nurbs_fit_free(fit);
+  sgrt_nurbs_fit_free(twin);
+  sgrt_surface_free(surface);
+}
+
 int main(void) {
   draw();
   test_plane();
   test_wave();
   test_threads();
+  test_state();
   test_bad_arguments();
   return check_result();
 }

@@ -7,6 +7,7 @@ not a medical device.
 
 from . import errors, frames, io
 from ._core import (
+    SKIN_FLAGS,
     STEREO_REASONS,
     Camera,
     Context,
@@ -27,6 +28,8 @@ from ._core import (
     Surface,
     Tracker,
     TrackFrame,
+    Volume,
+    contours_close,
     deform_align,
     icp_align,
     nurbs_fit,
@@ -34,6 +37,7 @@ from ._core import (
     surface_distance,
     surface_fuse,
     version,
+    volume_skin,
 )
 from .errors import (
     Cancelled,
@@ -52,6 +56,7 @@ from .errors import (
 __version__ = version()
 
 __all__ = [
+    "SKIN_FLAGS",
     "STEREO_REASONS",
     "Camera",
     "Cancelled",
@@ -83,6 +88,8 @@ __all__ = [
     "Surface",
     "TrackFrame",
     "Tracker",
+    "Volume",
+    "contours_close",
     "deform_align",
     "errors",
     "frames",
@@ -93,4 +100,5 @@ __all__ = [
     "surface_distance",
     "surface_fuse",
     "version",
+    "volume_skin",
 ]

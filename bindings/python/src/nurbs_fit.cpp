@@ -26,6 +26,13 @@ int32_t index_of(const char* const (&words)[N], const std::string& word, const c
   invalid(std::string(name) + ": '" + word + "', expected one of " + known);
 }
 
+NurbsFit fit_of(sgrt_nurbs_fit* raw) {
+  NurbsFit result{std::shared_ptr<sgrt_nurbs_fit>(raw, sgrt_nurbs_fit_free)};
+  result.info.struct_size = sizeof result.info;
+  run([&] { return sgrt_nurbs_fit_summary(raw, &result.info); });
+  return result;
+}
+
 NurbsFit fit(const Surface& surface, const std::string& chart, const MaybeArray& axis, bool robust,
              const std::string& smoothing, double lambda, std::pair<int32_t, int32_t> control_points,
              int32_t max_control_points, double tukey, Context* context) {
@@ -33,7 +40,10 @@ NurbsFit fit(const Surface& surface, const std::string& chart, const MaybeArray&
   o.chart = index_of(kCharts, chart, "chart");
   o.smoothing = index_of(kSmoothings, smoothing, "smoothing");
   o.robust = robust;
-  if (axis) read_numbers(*axis, "axis", {3}, o.axis);
+  if (axis) {
+    read_numbers(*axis, "axis", {3}, o.axis);
+    if (o.axis[0] == 0 && o.axis[1] == 0 && o.axis[2] == 0) invalid("axis: 0 0 0, expected a direction, or None");
+  }
   o.control_points[0] = control_points.first;
   o.control_points[1] = control_points.second;
   o.max_control_points = max_control_points;
@@ -41,10 +51,7 @@ NurbsFit fit(const Surface& surface, const std::string& chart, const MaybeArray&
   o.tukey = tukey;
   sgrt_nurbs_fit* raw = nullptr;
   run(context, [&](sgrt_context* c) { return sgrt_nurbs_fit_create(c, surface.handle.get(), &o, &raw); });
-  NurbsFit result{std::shared_ptr<sgrt_nurbs_fit>(raw, sgrt_nurbs_fit_free)};
-  result.info.struct_size = sizeof result.info;
-  run([&] { return sgrt_nurbs_fit_summary(raw, &result.info); });
-  return result;
+  return fit_of(raw);
 }
 
 // The arrays keep the fit alive.
@@ -60,6 +67,22 @@ Nurbs surface_of(const NurbsFit& f) {
   Nurbs surface;
   run([&] { return sgrt_nurbs_fit_surface(f.handle.get(), out(surface.handle)); });
   return surface;
+}
+
+Doubles state_of(const NurbsFit& f) {
+  int64_t count = 0;
+  run([&] { return sgrt_nurbs_fit_state(f.handle.get(), nullptr, &count); });
+  Doubles numbers(static_cast<py::ssize_t>(count));
+  const sgrt_mut_view view = out_view(numbers, "numbers", SGRT_F64);
+  run([&] { return sgrt_nurbs_fit_state(f.handle.get(), &view, nullptr); });
+  return numbers;
+}
+
+NurbsFit from_state(const Doubles& numbers) {
+  const InView in(numbers, "numbers", Accept::kFloats);
+  sgrt_nurbs_fit* raw = nullptr;
+  run([&] { return sgrt_nurbs_fit_from_state(&in.view, &raw); });
+  return fit_of(raw);
 }
 
 Samples evaluate(const NurbsFit& f, const ArrayLike& uv, Context* context) {
@@ -128,9 +151,9 @@ C: sgrt_nurbs_fit_samples)")
       .def_readonly("derivative_covariance", &Samples::derivative_covariance, "N x 5 x 6, mm2.");
 
   py::class_<NurbsFit>(m, "NurbsFit",
-                       R"(A fitted surface. Immutable.
+                       R"(A fitted surface. Immutable; pickles.
 
-C: sgrt_nurbs_fit_summary, sgrt_nurbs_fit_array, sgrt_nurbs_fit_surface)")
+C: sgrt_nurbs_fit_summary, sgrt_nurbs_fit_array, sgrt_nurbs_fit_surface, sgrt_nurbs_fit_state)")
       .def_property_readonly(
           "chart", [](const NurbsFit& f) { return std::string(kCharts[f.info.chart]); },
           "The chart that was used: 'plane', ...")
@@ -175,10 +198,12 @@ C: sgrt_nurbs_fit_evaluate)")
 
 Raises InvalidArgument: a point that is not finite. Cancelled.
 C: sgrt_nurbs_fit_nearest)")
-      .def("__repr__", [](const NurbsFit& f) {
-        return "NurbsFit(" + std::string(kCharts[f.info.chart]) + ", " + std::to_string(f.info.control_points[0]) +
-               " x " + std::to_string(f.info.control_points[1]) + " control points)";
-      });
+      .def("__repr__",
+           [](const NurbsFit& f) {
+             return "NurbsFit(" + std::string(kCharts[f.info.chart]) + ", " + std::to_string(f.info.control_points[0]) +
+                    " x " + std::to_string(f.info.control_points[1]) + " control points)";
+           })
+      .def(py::pickle(&state_of, &from_state));
 
   m.def("nurbs_fit", &fit, kFitDoc, py::arg("surface"), py::kw_only(), py::arg("chart") = kCharts[d.chart],
         py::arg("axis") = none, py::arg("robust") = d.robust != 0, py::arg("smoothing") = kSmoothings[d.smoothing],

@@ -205,7 +205,7 @@ TEST(Fit, AHeadWithNoiseOutliersAndHoles) {
   EXPECT_GT(s.supported, 3000);
   EXPECT_LT(s.rms, 0.08);
   EXPECT_GT(s.covered, 0.93);
-  EXPECT_LT(s.covered, 0.98);
+  EXPECT_LT(s.covered, 0.97);
   EXPECT_NEAR(fit.noise, 0.3, 0.015);
   EXPECT_EQ(missed_outliers(fit, scan), 0);
 }
@@ -221,7 +221,7 @@ TEST(Fit, ATorsoWithNoiseOutliersAndHoles) {
   EXPECT_FALSE(fit.grid.periodic);
   EXPECT_LT(s.rms, 0.08);
   EXPECT_GT(s.covered, 0.93);
-  EXPECT_LT(s.covered, 0.98);
+  EXPECT_LT(s.covered, 0.97);
 }
 
 // A nose tip of 8 mm radius at a pitch of 3.6 mm (the chapter's mode: 0.58 mm flatter).
@@ -279,9 +279,9 @@ TEST(Fit, SampledErrorsAgreeWithThePosterior) {
               slope / n, bend / n);
   EXPECT_GT(height / n, 0.7);
   EXPECT_LT(height / n, 1.3);
-  // Derivatives of a smooth surface are surer than predicted (docs/theory/nurbs_fit.md, "Limits"): 0.5 was measured.
+  // Derivatives of a smooth surface are surer than predicted (docs/theory/nurbs_fit.md, "Limits"): 0.7 was measured.
   for (const double ratio : {normal2 / n, slope / n}) {
-    EXPECT_GT(ratio, 0.35);
+    EXPECT_GT(ratio, 0.5);
     EXPECT_LT(ratio, 1.1);
   }
   EXPECT_LT(bend / n, 1.3);
