@@ -22,10 +22,10 @@ int edge_between(int corner_a, int corner_b) {
 // The corners of each face, counter-clockwise seen from outside the cube.
 std::array<std::array<int, 4>, 6> cube_faces() {
   std::array<std::array<int, 4>, 6> faces{};
-  for (int axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     const int a = 1 << axis, b = 1 << (axis + 1) % 3, c = 1 << (axis + 2) % 3;
-    faces[static_cast<std::size_t>(2 * axis)] = {0, c, b + c, b};
-    faces[static_cast<std::size_t>(2 * axis + 1)] = {a, a + b, a + b + c, a + c};
+    faces[2 * axis] = {0, c, b + c, b};
+    faces[2 * axis + 1] = {a, a + b, a + b + c, a + c};
   }
   return faces;
 }

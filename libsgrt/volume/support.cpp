@@ -84,6 +84,7 @@ std::vector<Vec2> near(const std::vector<Vec2>& tops, const Curve& curve) {
 // The curve that most tops agree with, from every three of a few of them; then least squares.
 Curve fit(const std::vector<Vec2>& tops, std::vector<Vec2>& inliers) {
   std::vector<Vec2> some;
+  some.reserve(kSamples);
   for (int i = 0; i < kSamples; ++i) some.push_back(tops[i * (tops.size() - 1) / (kSamples - 1)]);
   Curve best;
   for (std::size_t i = 0; i < some.size(); ++i) {
