@@ -1,7 +1,7 @@
 // IC-GN of one window along a rectified row: 3 parameters over a given curvature, ZNSSD, cubic B-spline along x. Baker
 // and Matthews (2004); Pan, Li, Tong (2013). docs/theory/stereo.md eq. 6-11. The mean and the gain of the window are
 // projected out of the Jacobian, so [H^-1]_dd is the variance of d with brightness and contrast unknown.
-#include "stereo/lanes.inl"
+#include "core/lanes.inl"
 
 static inline __attribute__((always_inline)) Lanes gather8(const float* p, IntLanes k) {
 #if defined(__AVX2__) && !defined(__clang__)  // which has it under another name
