@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::int64_t kSubset = 2000;
+constexpr int kEnoughSurfels = 40;  // a level of fewer has lost the shape
 constexpr int kRoundsPerLevel = 12;
 constexpr double kLeastScale = 0.02;  // mm: closer than this residuals are not told apart on the way
 // A step this many sigmas long does not matter; and that much may stay undecided where the steps go to and fro.
@@ -33,8 +34,10 @@ class Searcher {
     work_.subset_r.resize(work_.subset.x.size());
     work_.subset_w.resize(work_.subset.x.size());
     const auto top = static_cast<int>(field_.levels.size()) - 1;
+    int first = top;
+    while (first > 0 && field_.levels[static_cast<std::size_t>(first)].count < kEnoughSurfels) --first;
     double scale = 0;
-    for (int level = top; level >= 0; --level) {
+    for (int level = first; level >= 0; --level) {
       const double cell = field_.cell * std::exp2(level);
       for (int round = 0; round < kRoundsPerLevel && s_.iterations < options_.max_iterations; ++round) {
         PassOptions o = options(level, top + 1 - level);

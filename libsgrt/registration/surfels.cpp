@@ -280,6 +280,9 @@ void fill_noise(double roughness2, SurfelLevel& level) {
 }
 
 void measure(SurfelField& field) {
+  for (SurfelLevel& each : field.levels) {
+    for (const Surfel& s : each.surfels) each.count += s.counts > 0 ? 1 : 0;
+  }
   const SurfelLevel& level = field.levels[0];
   field.box_min.setConstant(1e30);
   field.box_max.setConstant(-1e30);

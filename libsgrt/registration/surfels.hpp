@@ -14,6 +14,7 @@
 namespace sgrt {
 
 struct SurfelLevel {
+  int count = 0;                         // of its surfels in the ROI
   std::vector<kernels::Surfel> surfels;  // the first is none
   std::vector<kernels::Slot> slots;
   std::uint32_t mask = 0;
