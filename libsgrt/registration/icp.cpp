@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "registration/certificate.hpp"
+#include "registration/coarse.hpp"
 #include "registration/judge.hpp"
 #include "registration/search.hpp"
 
@@ -58,11 +59,28 @@ void solve(const Run& run, const Reference& reference, const Surface& live, cons
   }
   const std::string size = misfit_of_size(reference, work.live);
   if (!size.empty()) return give_up(result, Status::kNotFound, size);
-  const Search s = search(run, reference, live, initial, result.isocentre, options, work);
+  CoarseResult coarse;
+  if (options.anywhere) {
+    coarse = find_anywhere(run, reference, work.live);
+    result.coarse_score = coarse.score;
+    result.coarse_runner_up = coarse.runner_up_score;
+    if (coarse.status == Status::kNotFound) return give_up(result, coarse.status, coarse.message);
+  }
+  const Pose& start = options.anywhere ? coarse.pose : initial;
+  const Search s = search(run, reference, live, start, result.isocentre, options, work);
   if (too_few(s, result)) return;
   if (work.w.size() != work.live.x.size()) work.w.assign(work.live.x.size(), 0.0F);
   const Certificate c = certify(run, reference, live, s.pose, s.sums, result.isocentre, options, s.limit, work);
   judge(reference, s, c, options, work, result);
+  // A free motion says more than that two poses fit alike.
+  if (coarse.status == Status::kOk || result.status != Status::kOk) return;
+  const IcpResult found = std::move(result);
+  result = blank_result(live, found.isocentre);
+  result.coarse_score = found.coarse_score;
+  result.coarse_runner_up = found.coarse_runner_up;
+  result.iterations = found.iterations;
+  result.inlier_share = found.inlier_share;
+  give_up(result, coarse.status, coarse.message);
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ struct IcpOptions {
   double step_tolerance = 1e-4;  // mm
   double weak_sigma = 0.5;       // mm; rotations at 100 mm
   double degenerate_sigma = 5;   // mm
+  bool anywhere = false;         // assume nothing about the start: the initial pose is not used
 };
 
 enum class Verdict : int { kNone = 0, kOk = 1, kWeak = 2 };
@@ -57,6 +58,7 @@ struct IcpResult {
   std::vector<Direction> directions;  // the least certain first
   double chi2 = 0;                    // reduced; 1 where the residuals are as the noise predicts
   double rms = 0, inlier_share = 0;
+  double coarse_score, coarse_runner_up;  // of the search without a start; NaN where there was none
   std::int64_t live_height = 0, live_width = 0;
   Eigen::VectorXd distance;  // signed distance map at the pose, mm; NaN without correspondence
   std::vector<std::uint8_t> inlier;

@@ -103,7 +103,7 @@ IcpResult blank_result(const Surface& live, const Vec3& isocentre) {
   static_cast<SixDof&>(r.correction) = {kNan, kNan, kNan, kNan, kNan, kNan, kNan};
   r.covariance.setConstant(kNan);
   r.random = r.shared = r.covariance;
-  r.rms = r.inlier_share = r.chi2 = kNan;
+  r.rms = r.inlier_share = r.chi2 = r.coarse_score = r.coarse_runner_up = kNan;
   r.live_height = live.height;
   r.live_width = live.width;
   r.distance = Eigen::VectorXd::Constant(live.size(), kNan);
