@@ -53,6 +53,10 @@ struct sgrt_stereo_session {
   sgrt_stereo lent;
 };
 
+struct sgrt_reference {
+  std::shared_ptr<const sgrt::Reference> reference;
+};
+
 struct sgrt_icp {
   sgrt::IcpResult result;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "registration/predict.hpp"
 #include "registration/words.hpp"
 
 namespace sgrt {
@@ -40,13 +41,12 @@ std::vector<std::vector<double>> weights_of(const SurfelField& field, const Work
   return out;
 }
 
-ReferencePart reference_part(const Reference& reference, const Workspace& work) {
+ReferencePart reference_part(const Reference& reference, const std::vector<std::vector<double>>& weights) {
   const SurfelField& field = reference.field;
   const auto top = std::min<std::size_t>(kMacro, field.levels.size() - 1);
   const SurfelLevel& macro = field.levels[top];
   std::vector<Vec6> G(macro.surfels.size(), Vec6::Zero());
   std::vector<double> W(macro.surfels.size(), 0);
-  const auto weights = weights_of(field, work);
   for (std::size_t level = 0; level <= top; ++level) {
     for (std::size_t i = 1; i < weights[level].size(); ++i) {
       const double w = weights[level][i];
@@ -184,6 +184,30 @@ Motions too_loose(const Mat6& covariance, double degenerate_sigma) {
   return loose;
 }
 
+// Names the free motions; false where there are any.
+bool determined(const Reference& reference, const Sums& sums, const ReferencePart& part, const Vec3& isocentre,
+                Certificate& c) {
+  c.covariance.setConstant(kNan);
+  c.random = c.shared = c.covariance;
+  const Mat6 iso_from_centre = adjoint(Pose{Mat3::Identity(), reference.field.centre - isocentre});
+  c.free = name_motions(free_motions(sums, part.false_part, reference.field.lever, iso_from_centre), isocentre);
+  return c.free.empty();
+}
+
+// Carries the covariances from the centre to the isocentre; a motion that is too uncertain there is free, too.
+void finish(const Reference& reference, const Mat6& random, const Mat6& shared, const Vec3& isocentre,
+            double degenerate_sigma, Certificate& c) {
+  const Mat6 iso_from_centre = adjoint(Pose{Mat3::Identity(), reference.field.centre - isocentre});
+  const auto at_isocentre = [&](const Mat6& m) { return symmetric(iso_from_centre * m * iso_from_centre.transpose()); };
+  const Mat6 covariance = at_isocentre(random) + at_isocentre(shared);
+  c.free = name_motions(too_loose(covariance, degenerate_sigma), isocentre);
+  if (!c.free.empty()) return;
+  c.covariance = covariance;
+  c.random = at_isocentre(random);
+  c.shared = at_isocentre(shared);
+  c.directions = directions_of(covariance, isocentre);
+}
+
 }  // namespace
 
 Certificate certify(const Run& run, const Reference& reference, const Surface& live, const Pose& T, const Sums& sums,
@@ -201,26 +225,40 @@ Certificate certify(const Run& run, const Reference& reference, const Surface& l
 
   Certificate c;
   c.chi2 = sums.chi / sums.weight * sums.pairs / std::max(1.0, sums.pairs - 6);
-  c.covariance.setConstant(kNan);
-  c.random = c.shared = c.covariance;
-  const ReferencePart part = reference_part(reference, work);
-  const Mat6 iso_from_centre = adjoint(Pose{Mat3::Identity(), field.centre - isocentre});
-  c.free = name_motions(free_motions(sums, part.false_part, field.lever, iso_from_centre), isocentre);
-  if (!c.free.empty()) return c;
-
+  const ReferencePart part = reference_part(reference, weights_of(field, work));
+  if (!determined(reference, sums, part, isocentre, c)) return c;
   const Mat6 inverse = (sums.A - part.false_part).ldlt().solve(Mat6::Identity());
   const double misfit = std::max(1.0, c.chi2);
-  const auto at_isocentre = [&](const Mat6& m) { return symmetric(iso_from_centre * m * iso_from_centre.transpose()); };
-  const Mat6 random = at_isocentre(live.correlation_points * misfit * inverse * score.A * inverse);
-  const Mat6 shared =
-      at_isocentre(misfit * inverse * part.score * inverse + mode_covariance(reference, live, T, inverse, work));
-  const Mat6 covariance = random + shared;
-  c.free = name_motions(too_loose(covariance, options.degenerate_sigma), isocentre);
-  if (!c.free.empty()) return c;
-  c.covariance = covariance;
-  c.random = random;
-  c.shared = shared;
-  c.directions = directions_of(covariance, isocentre);
+  finish(reference, live.correlation_points * misfit * inverse * score.A * inverse,
+         misfit * inverse * part.score * inverse + mode_covariance(reference, live, T, inverse, work), isocentre,
+         options.degenerate_sigma, c);
+  return c;
+}
+
+Certificate predict(const Reference& reference, const Vec3& isocentre, double live_sigma, double degenerate_sigma) {
+  const SurfelField& field = reference.field;
+  const SurfelLevel& level = field.levels[0];
+  std::vector<std::vector<double>> weights(field.levels.size());
+  for (std::size_t k = 0; k < weights.size(); ++k) weights[k].assign(field.levels[k].surfels.size(), 0);
+  Sums sums;
+  Mat6 score = Mat6::Zero();
+  const double v_live = live_sigma * live_sigma;
+  for (std::size_t i = 1; i < level.surfels.size(); ++i) {
+    const kernels::Surfel& s = level.surfels[i];
+    if (!(s.counts > 0)) continue;
+    const Vec6 j = row_of(point_of(s), normal_of(s));
+    const double n = level.samples[i], v = v_live + s.variance;
+    weights[0][i] = n / v;
+    sums.A += n / v * j * j.transpose();
+    score += n * v_live / (v * v) * j * j.transpose();
+    sums.pairs += n;
+  }
+  Certificate c;
+  c.chi2 = 1;
+  const ReferencePart part = reference_part(reference, weights);
+  if (!determined(reference, sums, part, isocentre, c)) return c;
+  const Mat6 inverse = (sums.A - part.false_part).ldlt().solve(Mat6::Identity());
+  finish(reference, inverse * score * inverse, inverse * part.score * inverse, isocentre, degenerate_sigma, c);
   return c;
 }
 

@@ -12,11 +12,11 @@ namespace sgrt {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr std::size_t kPlaces = 56;    // of the reference
-constexpr std::size_t kHandles = 3;    // live points that are laid on them
-constexpr int kSpins = 20;
-constexpr double kHandleRadius = 30;   // mm: skin about a handle that gives its normal
-constexpr double kScanCell = 12;       // mm, of the level at least on which starts are scanned
+constexpr std::size_t kPlaces = 48;  // of the reference
+constexpr std::size_t kHandles = 3;  // live points that are laid on them
+constexpr int kSpins = 16;
+constexpr double kHandleRadius = 30;  // mm: skin about a handle that gives its normal
+constexpr double kScanCell = 12;      // mm, of the level at least on which starts are scanned
 constexpr std::int64_t kScanPoints = 96, kBeamPoints = 400, kLastPoints = 2000;
 constexpr std::size_t kBeam = 80, kLast = 16;
 constexpr double kMinCos = 0.5;
@@ -186,8 +186,8 @@ std::vector<Candidate> distinct(std::vector<Candidate> all, const LivePoints& li
   std::vector<Candidate> out;
   for (const Candidate& c : all) {
     if (out.size() == count) break;
-    const bool fresh = std::none_of(out.begin(), out.end(),
-                                    [&](const Candidate& o) { return apart(live, c.pose, o.pose) < gap; });
+    const bool fresh =
+        std::none_of(out.begin(), out.end(), [&](const Candidate& o) { return apart(live, c.pose, o.pose) < gap; });
     if (fresh) out.push_back(c);
   }
   return out;

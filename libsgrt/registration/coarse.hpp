@@ -15,7 +15,7 @@ namespace sgrt {
 struct CoarseResult {
   Status status = Status::kOk;  // kNotFound: nothing fits; kDegenerate: another pose is nearly as good
   std::string message;
-  Pose pose, runner_up;               // reference_from_live; the best that is not near it
+  Pose pose, runner_up;                   // reference_from_live; the best that is not near it
   double score = 0, runner_up_score = 0;  // 0 to 1: the share of the live points that fit, each by how well
 };
 

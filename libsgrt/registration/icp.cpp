@@ -6,6 +6,7 @@
 #include "registration/certificate.hpp"
 #include "registration/coarse.hpp"
 #include "registration/judge.hpp"
+#include "registration/predict.hpp"
 #include "registration/search.hpp"
 
 namespace sgrt {
@@ -93,6 +94,21 @@ IcpResult align(const Run& run, const Reference& reference, const Surface& live,
   IcpResult result = blank_result(live, isocentre);
   Workspace work;
   solve(run, reference, live, initial_reference_from_live, options, work, result);
+  return result;
+}
+
+IcpResult promise_of(const Reference& reference, const Vec3& isocentre, double live_sigma) {
+  IcpResult result = blank_result(Surface{}, isocentre);
+  Certificate c = predict(reference, isocentre, live_sigma, IcpOptions{}.degenerate_sigma);
+  result.free = std::move(c.free);
+  if (!result.free.empty()) {
+    give_up(result, Status::kDegenerate, "the reference leaves free: " + words_of(result.free));
+    return result;
+  }
+  result.covariance = c.covariance;
+  result.random = c.random;
+  result.shared = c.shared;
+  result.directions = std::move(c.directions);
   return result;
 }
 

@@ -68,8 +68,12 @@ struct IcpResult {
 IcpResult align(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
                 const Pose& initial_reference_from_live, const IcpOptions& options);
 
-// The same, the reference prepared for this once. roi may be null. Statuses 10-19 are returned, not thrown, so that the
-// diagnostics are kept.
+// What the reference promises before anything is seen, as a result without a pose: free motions (kDegenerate), or
+// covariance and directions for live points as dense as its own with live_sigma along the normal.
+IcpResult promise_of(const Reference& reference, const Vec3& isocentre, double live_sigma);
+
+// The same as align, the reference prepared for this once. roi may be null. Statuses 10-19 are returned, not thrown, so
+// that the diagnostics are kept.
 IcpResult align(const Run& run, const Surface& reference, const Surface& live, const Vec3& isocentre, const Roi* roi,
                 const Pose& initial_reference_from_live, const IcpOptions& options);
 

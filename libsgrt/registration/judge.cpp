@@ -26,12 +26,6 @@ std::string rounded(double mm) {
   return text_of(std::round(1000 * mm) / 1000);
 }
 
-std::string join(const std::vector<FreeMotion>& free) {
-  std::string words;
-  for (const FreeMotion& f : free) words += (words.empty() ? "" : ", ") + f.words;
-  return words;
-}
-
 // The share of the reference that inlier pairs cover, told by cells of a coarse level: a small reference laid on a
 // large live surface overlaps wholly although few of the live points match.
 double coverage(const SurfelField& field, const Workspace& work) {
@@ -95,6 +89,12 @@ void give_up(IcpResult& result, Status status, const std::string& message) {
   result.message = result.verdict_words = message;
 }
 
+std::string words_of(const std::vector<FreeMotion>& free) {
+  std::string words;
+  for (const FreeMotion& f : free) words += (words.empty() ? "" : ", ") + f.words;
+  return words;
+}
+
 IcpResult blank_result(const Surface& live, const Vec3& isocentre) {
   IcpResult r;
   r.reference_from_live = {Mat3::Constant(kNan), Vec3::Constant(kNan)};
@@ -151,7 +151,7 @@ void judge(const Reference& reference, const Search& s, const Certificate& c, co
                        (inside_out ? "; the normals point the other way: is one surface inside out?" : ""));
   }
   if (!c.free.empty()) {
-    return give_up(result, Status::kDegenerate, "the surfaces leave free: " + join(c.free));
+    return give_up(result, Status::kDegenerate, "the surfaces leave free: " + words_of(c.free));
   }
   if (!s.converged) {
     return give_up(result, Status::kNotConverged, "still moving after " + std::to_string(s.iterations) + " iterations");

@@ -13,6 +13,8 @@ IcpResult blank_result(const Surface& live, const Vec3& isocentre);
 
 void give_up(IcpResult& result, Status status, const std::string& message);
 
+std::string words_of(const std::vector<FreeMotion>& free);
+
 // Fills the result from the search and its certificate.
 void judge(const Reference& reference, const Search& s, const Certificate& c, const IcpOptions& options,
            const Workspace& work, IcpResult& result);

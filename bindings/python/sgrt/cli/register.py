@@ -13,7 +13,7 @@ from .._core import Context, Icp, Roi, Surface, icp_align
 from ..couch import turn_roi, turn_surface
 from ..errors import Error
 from ..io import read_pose, read_roi, read_surface, registration_document
-from ._common import FILE, Failure, Stopwatch, about, common, print_json, working
+from ._common import FILE, Stopwatch, about, common, print_json, working
 
 ROWS = (
     ("LAT", "lat_mm"),
@@ -27,13 +27,7 @@ ROWS = (
 
 
 def _initial(word: str) -> NDArray[np.float64] | None:
-    if word == "identity":
-        return None
-    if word == "none":
-        raise Failure(
-            "--initial none: this version needs a start; give identity or the file of an earlier registration"
-        )
-    return read_pose(word)
+    return None if word in ("identity", "none") else read_pose(word)
 
 
 def _read(
@@ -91,8 +85,9 @@ def _align(
 @click.option(
     "--initial",
     default="identity",
-    metavar="identity|FILE",
-    help='The start: identity, or a registration result or {"reference_from_live": 4x4}; default: identity.',
+    metavar="identity|none|FILE",
+    help='The start: identity; none: assume nothing about it; or a registration result or {"reference_from_live": 4x4}.'
+    " Default: identity.",
 )
 @click.option(
     "--couch-angle",
@@ -124,7 +119,13 @@ def command(
         with working(threads) as context:
             try:
                 result = _align(
-                    reference, live, context, surfaces, isocentre_mm=isocentre_mm, initial_reference_from_live=start
+                    reference,
+                    live,
+                    context,
+                    surfaces,
+                    isocentre_mm=isocentre_mm,
+                    initial_reference_from_live=start,
+                    anywhere=initial == "none",
                 )
             finally:
                 ms = watch.ms()

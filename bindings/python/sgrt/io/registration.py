@@ -48,8 +48,25 @@ def registration_document(
             else [],
             "sigma_mm": result.sigma_mm if result else np.full(3, _NAN),
             "sigma_deg": result.sigma_deg if result else np.full(3, _NAN),
-            "detectable": None,
+            "detectable": [
+                {"motion": motion, "words": words, "sigma_mm": sigma, "detectable_mm": smallest}
+                for motion, words, sigma, smallest in zip(
+                    result.directions,
+                    result.direction_words,
+                    result.direction_sigma_mm,
+                    result.detectable_mm,
+                    strict=True,
+                )
+            ]
+            if result
+            else [],
         },
+        "covariance_random": result.covariance_random if result else np.full((6, 6), _NAN),
+        "covariance_shared": result.covariance_shared if result else np.full((6, 6), _NAN),
+        "verdict_text": result.verdict_text if result else None,
+        "coarse": {"score": result.coarse_score, "runner_up": result.coarse_runner_up}
+        if result and not np.isnan(result.coarse_score)
+        else None,
         "rms_mm": result.rms_mm if result else _NAN,
         "inlier_share": result.inlier_share if result else _NAN,
         "iterations": result.iterations if result else 0,
