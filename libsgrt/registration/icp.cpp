@@ -72,7 +72,7 @@ void solve(const Run& run, const Reference& reference, const Surface& live, cons
   if (too_few(s, result)) return;
   if (work.w.size() != work.live.x.size()) work.w.assign(work.live.x.size(), 0.0F);
   const Certificate c = certify(run, reference, live, s.pose, s.sums, result.isocentre, options, s.limit, work);
-  judge(reference, s, c, options, work, result);
+  judge(reference, s, c, start, options, work, result);
   // A free motion says more than that two poses fit alike.
   if (coarse.status == Status::kOk || result.status != Status::kOk) return;
   const IcpResult found = std::move(result);

@@ -11,8 +11,10 @@ namespace sgrt {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kPi = 3.14159265358979323846;
 constexpr double kWeakShare = 0.5;     // of the live points, or of the reference
-constexpr double kWeakMisfit = 3;      // residuals this many times larger than the noise are not noise
+constexpr double kWeakMisfit = 2;      // residuals this many times larger than the noise are not noise
+constexpr double kWeakChange = 0.15;   // of the points that lie on the reference may not fit it
 constexpr double kFarIsocentre = 500;  // mm beyond the surface
 constexpr double kThousand = 150;      // lengths that differ by more than this factor differ in their unit
 constexpr double kTinyBody = 1.5;      // mm rms: no patient, but one in metres
@@ -54,9 +56,21 @@ double lever_arm(const SurfelField& field, const Vec3& isocentre) {
   return (x - x.cwiseMax(field.box_min).cwiseMin(field.box_max)).norm();
 }
 
+// The share of the live points on the reference, within a cell of it, that do not fit it.
+double changed_share(const SurfelField& field, const Workspace& work) {
+  double on = 0, off = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(work.live.count); ++i) {
+    const std::int32_t code = work.surfel[i];
+    if (code < 0 || level_of(code) > 1 || !(work.r[i] == work.r[i]) || !(surfel_of(field, code).counts > 0)) continue;
+    on += 1;
+    off += work.w[i] > 0 ? 0 : 1;
+  }
+  return on > 0 ? off / on : 0;
+}
+
 // What speaks against trusting the pose; "" if nothing does.
-std::string doubts(const Reference& reference, const Certificate& c, double overlap, const IcpResult& result,
-                   const IcpOptions& options) {
+std::string doubts(const Reference& reference, const Certificate& c, double overlap, const Workspace& work,
+                   const Pose& start, const IcpResult& result, const IcpOptions& options) {
   std::string words;
   const auto add = [&](const std::string& text) { words += (words.empty() ? "" : "; ") + text; };
   const Direction& worst = c.directions.front();
@@ -65,10 +79,21 @@ std::string doubts(const Reference& reference, const Certificate& c, double over
     add("residuals of " + rounded(result.rms) + " mm are " + rounded(std::sqrt(c.chi2)) + " times the expected noise");
   }
   if (overlap < kWeakShare) add("only " + percent(result.inlier_share) + " of the live points match");
+  const double changed = changed_share(reference.field, work);
+  if (changed > kWeakChange)
+    add(percent(changed) + " of the points on the reference do not fit it: changed or mirrored?");
+  // Steps see no farther than the pairs: an answer far from where they began is luck, or another body's.
+  const Pose way = result.reference_from_live * start.inverse();
+  const double mm = (way * reference.field.centre - reference.field.centre).norm();
+  const double deg = so3_log(way.R).norm() * 180 / kPi;
+  if (!options.anywhere && (mm > 2 * options.max_distance || deg > options.max_angle_deg)) {
+    add("found " + std::to_string(std::lround(mm)) + " mm and " + std::to_string(std::lround(deg)) +
+        " deg from the start, beyond its reach");
+  }
   const double arm = lever_arm(reference.field, result.isocentre);
   if (arm > kFarIsocentre) {
     add("the isocentre lies " + std::to_string(std::lround(arm)) + " mm from the surface: 0.1 deg there is " +
-        rounded(arm * 0.1 * 3.14159265358979323846 / 180) + " mm");
+        rounded(arm * 0.1 * kPi / 180) + " mm");
   }
   return words;
 }
@@ -126,8 +151,8 @@ std::string misfit_of_size(const Reference& reference, const LivePoints& live) {
   return "";
 }
 
-void judge(const Reference& reference, const Search& s, const Certificate& c, const IcpOptions& options,
-           const Workspace& work, IcpResult& result) {
+void judge(const Reference& reference, const Search& s, const Certificate& c, const Pose& start,
+           const IcpOptions& options, const Workspace& work, IcpResult& result) {
   const Sums& sums = s.sums;
   result.iterations = s.iterations;
   result.pair_count = std::llround(sums.pairs);
@@ -143,7 +168,8 @@ void judge(const Reference& reference, const Search& s, const Certificate& c, co
   if (result.inlier_share > 1) result.inlier_share = 1;
   fill_maps(s, work, result);
   const double overlap = std::max(result.inlier_share, coverage(reference.field, work));
-  if (overlap < options.min_inlier_share) {
+  const bool unfinished = !s.converged && s.iterations >= options.max_iterations;
+  if (overlap < options.min_inlier_share && !unfinished) {
     const bool inside_out = sums.flipped > sums.pairs && sums.flipped > 0.3 * candidates;
     return give_up(result, Status::kNotFound,
                    "the surfaces do not overlap: " + percent(result.inlier_share) +
@@ -165,7 +191,7 @@ void judge(const Reference& reference, const Search& s, const Certificate& c, co
   result.directions = c.directions;
   result.chi2 = c.chi2;
   result.rms = std::sqrt(sums.square / sums.weight);
-  const std::string words = doubts(reference, c, overlap, result, options);
+  const std::string words = doubts(reference, c, overlap, work, start, result, options);
   result.verdict = words.empty() ? Verdict::kOk : Verdict::kWeak;
   result.verdict_words = words.empty() ? "ok" : "weak: " + words;
 }

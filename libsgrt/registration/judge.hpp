@@ -15,9 +15,9 @@ void give_up(IcpResult& result, Status status, const std::string& message);
 
 std::string words_of(const std::vector<FreeMotion>& free);
 
-// Fills the result from the search and its certificate.
-void judge(const Reference& reference, const Search& s, const Certificate& c, const IcpOptions& options,
-           const Workspace& work, IcpResult& result);
+// Fills the result from the search, which began at `start`, and its certificate.
+void judge(const Reference& reference, const Search& s, const Certificate& c, const Pose& start,
+           const IcpOptions& options, const Workspace& work, IcpResult& result);
 
 // Why the two could never lie on each other: units or too few points; "" if nothing speaks against trying.
 std::string misfit_of_size(const Reference& reference, const LivePoints& live);

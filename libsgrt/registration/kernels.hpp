@@ -3,7 +3,7 @@
 // give the same bits on both. docs/theory/icp.md eq. 1-7.
 #pragma once
 
-#include <stdint.h>
+#include <cstdint>
 
 namespace sgrt::kernels {
 

@@ -260,10 +260,63 @@ TEST(Icp, NormalsAreTakenAsGivenOrEstimated) {
   EXPECT_EQ(run(s).status, Status::kNotFound);
 }
 
+TEST(Icp, FromThirtyMillimetresAndTwentyDegrees) {
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    const Scene s = scene(torso, 4000, 0.2, 30, 20, 200 + seed);
+    const IcpResult r = run(s);
+    ASSERT_EQ(r.status, Status::kOk) << seed << ": " << r.message;
+    EXPECT_LT(error_mm(r, s.D), 0.2) << seed;
+  }
+}
+
+TEST(Icp, APreparedReferenceGivesTheSame) {
+  const Scene s = scene(torso, 4000, 0.2, 10, 2, 30);
+  const auto reference = prepare_reference(kSilent, s.reference, nullptr);
+  const IcpResult a = run(s), b = align(kSilent, *reference, s.live, kIso, Pose{}, {});
+  EXPECT_EQ(a.reference_from_live.t, b.reference_from_live.t);
+  EXPECT_EQ(a.covariance, b.covariance);
+}
+
+TEST(Icp, InsideOutAndMetresAreSaid) {
+  Scene s = scene(torso, 4000, 0.2, 5, 1, 31);
+  s.reference = estimate_normals(kSilent, s.reference, {});
+  s.live = estimate_normals(kSilent, s.live, {});
+  Scene t = s;
+  t.live.normals *= -1;
+  expect_no_pose(run(t), Status::kNotFound, "inside out");
+  t = s;
+  t.live.points /= 1000;
+  expect_no_pose(run(t), Status::kNotFound, "is the live one in metres?");
+  t = s;
+  t.reference.points /= 1000;
+  expect_no_pose(run(t), Status::kNotFound, "is the reference in metres?");
+  t.live.points /= 1000;
+  expect_no_pose(run(t), Status::kNotFound, "are they in metres?");
+}
+
+TEST(Icp, AMirroredSurfaceIsNeverOk) {
+  Scene s = scene(torso, 4000, 0.2, 5, 1, 32);
+  s.live.points.col(0) *= -1;
+  IcpOptions anywhere;
+  anywhere.anywhere = true;
+  for (const IcpOptions& o : {IcpOptions{}, anywhere}) {
+    const IcpResult r = run(s, o);
+    EXPECT_FALSE(r.status == Status::kOk && r.verdict == Verdict::kOk) << r.verdict_words;
+  }
+}
+
+TEST(Icp, AnIsocentreTwoMetresAwayIsWeak) {
+  const Scene s = scene(torso, 4000, 0.2, 5, 1, 33);
+  const IcpResult r = align(kSilent, s.reference, s.live, Vec3(0, 2200, 0), nullptr, {}, {});
+  ASSERT_EQ(r.status, Status::kOk) << r.message;
+  EXPECT_EQ(r.verdict, Verdict::kWeak);
+  EXPECT_NE(r.verdict_words.find("mm from the surface: 0.1 deg there is"), std::string::npos) << r.verdict_words;
+}
+
 TEST(Icp, SameBitsAtAnyNumberOfThreads) {
   const Scene s = scene(torso, 6000, 0.3, 15, 3, 18);
   const IcpResult one = run(s);
-  for (const int threads : {2, 3, 4, 8}) {
+  for (const int threads : {2, 3, 4, 8, 16}) {
     ThreadPool pool(threads);
     sgrt::Run many;
     many.pool = &pool;
