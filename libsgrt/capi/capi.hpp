@@ -6,6 +6,7 @@
 #include <sgrt.h>
 
 #include <memory>
+#include <mutex>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -19,9 +20,15 @@
 #include "core/roi.hpp"
 #include "core/run.hpp"
 #include "core/surface.hpp"
+#include "nurbs/curve.hpp"
+#include "nurbs/evaluate.hpp"
+#include "nurbs/fit.hpp"
+#include "registration/deform.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
+#include "tracking/tracker.hpp"
+#include "volume/contours.hpp"
 
 struct sgrt_context {
   sgrt::ThreadPool pool;
@@ -57,8 +64,39 @@ struct sgrt_reference {
   std::shared_ptr<const sgrt::Reference> reference;
 };
 
+// The texts are written at the first wish for them.
+struct sgrt_nurbs_curve {
+  sgrt::NurbsCurve curve;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_nurbs_surface {
+  explicit sgrt_nurbs_surface(sgrt::NurbsSurface surface) : evaluator(std::move(surface)) {}
+  sgrt::SurfaceEvaluator evaluator;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_nurbs_fit {
+  sgrt::NurbsFit fit;
+};
+
+struct sgrt_volume {
+  sgrt::ClosedContours body;  // of a CT: its skin alone
+};
+
 struct sgrt_icp {
   sgrt::IcpResult result;
+};
+
+struct sgrt_deform {
+  sgrt::DeformResult result;
+};
+
+struct sgrt_tracker {
+  sgrt::Tracker tracker;
+  std::string hold_words;
 };
 
 namespace sgrt {
@@ -94,6 +132,8 @@ const char* guard_text(Body&& body) noexcept {
 // Threads, instruction set and callbacks of a call. Refuses a context whose own callback makes the call.
 Run run_of(sgrt_context* context);
 
+sgrt_icp_options to_c(const IcpOptions& o);
+IcpOptions from_c(const sgrt_icp_options& c);
 sgrt_patient_displacement to_c(const PatientDisplacement& d);
 sgrt_couch_correction to_c(const CouchCorrection& c);
 

@@ -10,7 +10,7 @@ import click
 
 from .. import __version__
 from ..errors import Error
-from . import register, stereo
+from . import evaluate, fit, reference, register, stereo, track
 from ._common import Failure, exit_code, one_line
 
 
@@ -27,7 +27,11 @@ def group() -> None:
 
 
 group.add_command(stereo.command)
+group.add_command(fit.command)
+group.add_command(evaluate.command)
 group.add_command(register.command)
+group.add_command(reference.group)
+group.add_command(track.command)
 if importlib.util.find_spec("sgrt.demo"):
     from . import demo
 
