@@ -56,11 +56,13 @@ def ours(inputs: Arrays, threads: int):
     context = sgrt.Context(threads=threads)
 
     def prepare(points):
-        return sgrt.Surface(points).estimate_normals(context=context)
+        return sgrt.Surface(points, sigma_mm=np.full(len(points), 0.2))
 
     def align(reference, live):
         try:
-            result = sgrt.icp_align(reference, live, isocentre_mm=ISOCENTRE_MM, context=context)
+            if isinstance(reference, sgrt.Surface):
+                reference = sgrt.Reference(reference, context=context)
+            result = reference.align(live, isocentre_mm=ISOCENTRE_MM, context=context)
         except sgrt.Error:
             return {"reference_from_live": np.full((4, 4), np.nan)}
         return {"reference_from_live": result.reference_from_live}
@@ -68,7 +70,7 @@ def ours(inputs: Arrays, threads: int):
     pairs = list(zip(inputs["reference"], inputs["live"], strict=True))
     if inputs["with_preparation"]:
         return timed(lambda index: align(*map(prepare, pairs[index])))
-    ready = [tuple(map(prepare, pair)) for pair in pairs]
+    ready = [(sgrt.Reference(prepare(a), context=context), prepare(b)) for a, b in pairs]
     return timed(lambda index: align(*ready[index]))
 
 
@@ -85,7 +87,7 @@ def rows(folder: Path, repeats: int, threads: int) -> Iterator[dict]:
             inputs = clouds | {"with_preparation": np.array(with_preparation)}
             path = folder / "icp.npz"
             np.savez(path, **inputs)
-            work = f"icp {count} points, {'normals and trees included' if with_preparation else 'prepared'}"
+            work = f"icp {count} points, {'preparation included' if with_preparation else 'prepared'}"
             for name in PEERS:
                 with Peer(name, path, threads) as peer:
                     ours_ms, peer_ms, a, b = alternate(ours(inputs, threads), peer, repeats)

@@ -190,6 +190,8 @@ typedef struct sgrt_surface_data {
   sgrt_view faces;      /* M x 3 int32, counter-clockwise seen from outside; only with N x 3 points */
   sgrt_view modes;      /* K x N x 3 or K x H x W x 3, K <= 8: shared error modes, mm at one sigma */
   double correlation_points; /* how many neighbouring points share one noise sample; default 1 (independent points) */
+  const char *const *mode_names; /* K texts, or NULL: unnamed. Modes of two surfaces with one name have one cause ("rig id/3"), and
+                                    cancel in a registration as far as they are alike */
 } sgrt_surface_data;
 
 /* Empties *data and sets its struct_size and defaults. since 0.1 */
@@ -234,6 +236,9 @@ enum {
  * SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
 SGRT_API sgrt_status sgrt_surface_array(const sgrt_surface *surface, int32_t field, sgrt_view *view);
 
+enum { SGRT_SURFACE_MODE_NAME = 1 /* of mode `index`; "" where it has none */ };
+/* Lends a text; NULL where surface is NULL, the field unknown or index out of range. since 0.1 */
+SGRT_API const char *sgrt_surface_text(const sgrt_surface *surface, int32_t field, int32_t index);
 /* The surface under a rigid motion x -> R x + t (4 x 4, row-major, mm): points, normals, covariance and modes; all else is
  * kept. A reference for another couch angle: pose from sgrt_frame_couch_turn.
  * SGRT_E_INVALID_ARGUMENT  not a rigid motion within 1e-6, or it moves a point beyond 1e5 mm. since 0.1 */
@@ -924,6 +929,8 @@ typedef struct sgrt_icp_options {
   double step_tolerance_mm; /* converged when a step moves no inlier by more; default 1e-4 */
   double weak_sigma_mm;     /* verdict `weak` when one sigma of a motion exceeds it (rotations at 100 mm); default 0.5 */
   double degenerate_sigma_mm; /* SGRT_E_DEGENERATE beyond it; default 5 */
+  int32_t anywhere;         /* 1: assume nothing about the start (docs/theory/coarse.md); the first guess is not used. Default 0 */
+  int32_t reserved;
 } sgrt_icp_options;
 SGRT_API sgrt_status sgrt_icp_options_init(sgrt_icp_options *options, size_t size);
 
@@ -945,6 +952,20 @@ SGRT_API sgrt_status sgrt_icp_align(sgrt_context *context, const sgrt_surface *r
                                     const double initial_reference_from_live[16], const sgrt_icp_options *options,
                                     sgrt_icp **result);
 SGRT_API void sgrt_icp_free(sgrt_icp *result);
+
+/* A reference made ready: closest points in constant time, so that a live surface costs only its own points. Immutable. */
+typedef struct sgrt_reference sgrt_reference;
+/* roi: the part that counts; NULL: all. Both may be freed afterwards.
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 6 points that count, or none that lies on a smooth sheet
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_reference_create(sgrt_context *context, const sgrt_surface *surface, const sgrt_roi *roi,
+                                           sgrt_reference **reference);
+SGRT_API void sgrt_reference_free(sgrt_reference *reference);
+/* As sgrt_icp_align, with the reference and its roi prepared. since 0.1 */
+SGRT_API sgrt_status sgrt_reference_align(sgrt_context *context, const sgrt_reference *reference,
+                                          const sgrt_surface *live, const double isocentre_mm[3],
+                                          const double initial_reference_from_live[16], const sgrt_icp_options *options,
+                                          sgrt_icp **result);
 
 enum { SGRT_VERDICT_NONE = 0, SGRT_VERDICT_OK = 1, SGRT_VERDICT_WEAK = 2 };
 
@@ -969,6 +990,17 @@ typedef struct sgrt_icp_info {
                              rotations at 100 mm */
   double rms_mm;          /* weighted, of the inliers' distances along the normal */
   double inlier_share;    /* of the live points whose match lies in the ROI */
+  double covariance_random[36]; /* the part of the live noise: new in every frame */
+  double covariance_shared[36]; /* the part that all frames on this reference share: its noise, the error modes of both */
+  double chi2;            /* reduced: 1 where the residuals are as the points' noise predicts */
+  double coarse_score;    /* of the search without a start, 0 to 1; NaN where there was none */
+  double coarse_runner_up; /* score of the best pose elsewhere */
+  int32_t direction_count; /* 6, or 0 without a pose */
+  int32_t reserved2;
+  double direction_motion[36];  /* eigenvectors of the covariance, the least certain first: rows of (rotation rad, translation
+                                   mm) at the isocentre, unit length with rotations at 100 mm */
+  double direction_sigma_mm[6]; /* one sigma along each, rotations at 100 mm */
+  double direction_detectable_mm[6]; /* the smallest shift along it that is found 95 times in 100 at a false alarm in 20 */
 } sgrt_icp_info;
 SGRT_API sgrt_status sgrt_icp_summary(const sgrt_icp *result, sgrt_icp_info *info);
 
@@ -980,10 +1012,19 @@ SGRT_API sgrt_status sgrt_icp_array(const sgrt_icp *result, int32_t field, sgrt_
 
 enum {
   SGRT_ICP_VERDICT = 1, /* "ok", "weak: ...", or why there is no pose */
-  SGRT_ICP_WORDS = 2    /* of free motion `index`: "slides along LNG" */
+  SGRT_ICP_WORDS = 2,   /* of free motion `index`: "slides along LNG" */
+  SGRT_ICP_DIRECTION = 3 /* of direction `index` */
 };
 SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_t index);
 
+/* What a prepared reference promises at an isocentre before anything is seen: free motions, sigma and directions of a
+ * registration of live points as dense as its own, live_sigma_mm along the normal (docs/theory/icp.md section 7). The pose
+ * and what hangs on it is NaN. To choose among regions, prepare each and compare the sigmas.
+ * *result is written for SGRT_OK and SGRT_E_DEGENERATE; free with sgrt_icp_free.
+ * SGRT_E_INVALID_ARGUMENT  live_sigma_mm not positive
+ * SGRT_E_DEGENERATE        motions that the shape leaves free. since 0.1 */
+SGRT_API sgrt_status sgrt_reference_predict(sgrt_context *context, const sgrt_reference *reference,
+                                            const double isocentre_mm[3], double live_sigma_mm, sgrt_icp **result);
 /* -------------------------------------------------------------------------------------------------------- deform */
 
 /* Result of a registration of a body that is not rigid. */

@@ -60,6 +60,10 @@ struct sgrt_stereo_session {
   sgrt_stereo lent;
 };
 
+struct sgrt_reference {
+  std::shared_ptr<const sgrt::Reference> reference;
+};
+
 // The texts are written at the first wish for them.
 struct sgrt_nurbs_curve {
   sgrt::NurbsCurve curve;

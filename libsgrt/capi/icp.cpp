@@ -23,7 +23,7 @@ sgrt_icp_info summary_of(const IcpResult& r) {
   info.pair_count = r.pair_count;
   info.free_count = static_cast<std::int32_t>(std::min<std::size_t>(r.free.size(), 6));
   pose_to_rows(r.reference_from_live, info.reference_from_live);
-  if (r.status != Status::kOk) std::fill_n(info.reference_from_live, 16, std::nan(""));  // the row 0 0 0 1 as well
+  if (!r.reference_from_live.t.allFinite()) std::fill_n(info.reference_from_live, 16, std::nan(""));  // the row 0 0 0 1 as well
   Eigen::Map<Vec3>(info.isocentre_mm) = r.isocentre;
   info.displacement = to_c(r.displacement);
   info.correction = to_c(r.correction);
@@ -35,6 +35,17 @@ sgrt_icp_info summary_of(const IcpResult& r) {
   for (int i = 0; i < info.free_count; ++i) Eigen::Map<Vec6>(info.free_motion + 6 * i) = r.free[i].motion;
   info.rms_mm = r.rms;
   info.inlier_share = r.inlier_share;
+  Eigen::Map<Mat6>(info.covariance_random) = r.random.transpose();
+  Eigen::Map<Mat6>(info.covariance_shared) = r.shared.transpose();
+  info.chi2 = r.chi2;
+  info.coarse_score = r.coarse_score;
+  info.coarse_runner_up = r.coarse_runner_up;
+  info.direction_count = static_cast<std::int32_t>(std::min<std::size_t>(r.directions.size(), 6));
+  for (int i = 0; i < info.direction_count; ++i) {
+    Eigen::Map<Vec6>(info.direction_motion + 6 * i) = r.directions[i].motion;
+    info.direction_sigma_mm[i] = r.directions[i].sigma;
+    info.direction_detectable_mm[i] = r.directions[i].detectable;
+  }
   return info;
 }
 
@@ -59,6 +70,9 @@ const char* text_of_icp(const IcpResult& r, std::int32_t field, std::int32_t ind
       return index == 0 ? r.verdict_words.c_str() : nullptr;
     case SGRT_ICP_WORDS:
       return index >= 0 && static_cast<std::size_t>(index) < r.free.size() ? r.free[index].words.c_str() : nullptr;
+    case SGRT_ICP_DIRECTION:
+      return index >= 0 && static_cast<std::size_t>(index) < r.directions.size() ? r.directions[index].words.c_str()
+                                                                                 : nullptr;
     default:
       return nullptr;
   }
@@ -76,6 +90,7 @@ sgrt_icp_options to_c(const IcpOptions& o) {
   c.step_tolerance_mm = o.step_tolerance;
   c.weak_sigma_mm = o.weak_sigma;
   c.degenerate_sigma_mm = o.degenerate_sigma;
+  c.anywhere = o.anywhere ? 1 : 0;
   return c;
 }
 
@@ -95,6 +110,9 @@ IcpOptions from_c(const sgrt_icp_options& c) {
   o.step_tolerance = c.step_tolerance_mm;
   o.weak_sigma = c.weak_sigma_mm;
   o.degenerate_sigma = c.degenerate_sigma_mm;
+  check_range(c.anywhere, 0, 1, "options.anywhere");
+  check_reserved(c.reserved, "options.reserved");
+  o.anywhere = c.anywhere != 0;
   return o;
 }
 
@@ -121,6 +139,54 @@ sgrt_status sgrt_icp_align(sgrt_context* context, const sgrt_surface* reference,
     auto handle = std::make_unique<sgrt_icp>();
     handle->result =
         align(run_of(context), *reference->surface, *live->surface, isocentre, roi ? &roi->roi : nullptr, initial, o);
+    *result = handle.release();
+    return answer((*result)->result.status, (*result)->result.message.c_str());
+  });
+}
+
+sgrt_status sgrt_reference_create(sgrt_context* context, const sgrt_surface* surface, const sgrt_roi* roi,
+                                  sgrt_reference** reference) {
+  return guard([&] {
+    need(surface, "surface");
+    need(reference, "reference");
+    auto handle = std::make_unique<sgrt_reference>();
+    handle->reference = prepare_reference(run_of(context), *surface->surface, roi ? &roi->roi : nullptr);
+    *reference = handle.release();
+  });
+}
+
+void sgrt_reference_free(sgrt_reference* reference) {
+  guard([&] { delete reference; });
+}
+
+sgrt_status sgrt_reference_align(sgrt_context* context, const sgrt_reference* reference, const sgrt_surface* live,
+                                 const double isocentre_mm[3], const double initial_reference_from_live[16],
+                                 const sgrt_icp_options* options, sgrt_icp** result) {
+  return guard([&] {
+    need(reference, "reference");
+    need(live, "live");
+    need(result, "result");
+    const Vec3 isocentre = place(isocentre_mm, "isocentre_mm");
+    const Pose initial =
+        initial_reference_from_live ? rigid(initial_reference_from_live, "initial_reference_from_live") : Pose{};
+    const IcpOptions o = from_c(read_struct(options, to_c(IcpOptions{}), "options.struct_size"));
+    auto handle = std::make_unique<sgrt_icp>();
+    handle->result = align(run_of(context), *reference->reference, *live->surface, isocentre, initial, o);
+    *result = handle.release();
+    return answer((*result)->result.status, (*result)->result.message.c_str());
+  });
+}
+
+sgrt_status sgrt_reference_predict(sgrt_context* context, const sgrt_reference* reference, const double isocentre_mm[3],
+                                   double live_sigma_mm, sgrt_icp** result) {
+  return guard([&] {
+    need(reference, "reference");
+    need(result, "result");
+    const Vec3 isocentre = place(isocentre_mm, "isocentre_mm");
+    check_positive(live_sigma_mm, kMaxCoordinate, "live_sigma_mm");
+    run_of(context);
+    auto handle = std::make_unique<sgrt_icp>();
+    handle->result = promise_of(*reference->reference, isocentre, live_sigma_mm);
     *result = handle.release();
     return answer((*result)->result.status, (*result)->result.message.c_str());
   });

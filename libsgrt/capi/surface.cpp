@@ -90,6 +90,11 @@ Surface from_c(const sgrt_surface_data& d) {
     }
     read(mode, s.modes.emplace_back(), 3);
   }
+  for (std::size_t k = 0; d.mode_names != nullptr && k < s.modes.size(); ++k) {
+    const std::string name = "data.mode_names[" + std::to_string(k) + "]";
+    need(d.mode_names[k], name.c_str());
+    s.mode_names.emplace_back(d.mode_names[k]);
+  }
   s.correlation_points = d.correlation_points;
   return s;
 }
@@ -213,5 +218,15 @@ sgrt_status sgrt_surface_array(const sgrt_surface* surface, int32_t field, sgrt_
     need(surface, "surface");
     need(view, "view");
     *view = array_of(*surface, field);
+  });
+}
+
+const char* sgrt_surface_text(const sgrt_surface* surface, int32_t field, int32_t index) {
+  return guard_text([&]() -> const char* {
+    if (!surface || field != SGRT_SURFACE_MODE_NAME || index < 0) return nullptr;
+    const Surface& s = *surface->surface;
+    const auto k = static_cast<std::size_t>(index);
+    if (k >= s.modes.size()) return nullptr;
+    return k < s.mode_names.size() ? s.mode_names[k].c_str() : "";
   });
 }

@@ -48,6 +48,7 @@ void check_shapes(const Surface& s) {
   check_rows(s, "normals", s.normals.rows());
   check_rows(s, "sigma_mm", s.sigma.size());
   check_rows(s, "covariance", s.covariance.rows());
+  if (!s.mode_names.empty() && s.mode_names.size() != s.modes.size()) refuse("mode_names: expected one a mode");
   if (s.modes.size() > kMaxModes) refuse("modes: expected at most 8, got " + std::to_string(s.modes.size()));
   for (const Points& mode : s.modes) {
     if (mode.rows() != s.size())

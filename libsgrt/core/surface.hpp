@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/eigen.hpp"
@@ -20,8 +21,9 @@ struct Surface {
   Eigen::VectorXd sigma;               // mm along the normal; empty: absent
   Covariances covariance;              // empty: absent
   Faces faces;
-  std::vector<Points> modes;      // shared error modes, one sigma, mm
-  double correlation_points = 1;  // neighbouring points that share one noise sample
+  std::vector<Points> modes;            // shared error modes, one sigma, mm
+  std::vector<std::string> mode_names;  // one each, or none at all; equal names of two surfaces mean one cause
+  double correlation_points = 1;        // neighbouring points that share one noise sample
 
   std::int64_t size() const { return points.rows(); }
   bool organised() const { return height > 0; }

@@ -1,10 +1,11 @@
-// Observability and covariance. docs/theory/icp.md eq. 8-13.
+// Observability and covariance. docs/theory/icp.md eq. 10-16.
 #include "registration/certificate.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "registration/predict.hpp"
 #include "registration/words.hpp"
 
 namespace sgrt {
@@ -12,6 +13,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSlopeFloor = 1e-3;  // rad: less relief than this is none, however little the noise
+constexpr int kMacro = 2;  // levels up: cells wider than a surfel's fit, so that the reference's noise is theirs alone
+constexpr double kDetect = 1.959964 + 1.644854;  // sigmas found 95 times in 100 at a false alarm in 20
 
 Vec6 row_of(const Vec3& x, const Vec3& n) {
   Vec6 j;
@@ -19,136 +22,243 @@ Vec6 row_of(const Vec3& x, const Vec3& n) {
   return j;
 }
 
-Vec3 mode_at(const Points& mode, std::int64_t row) {
-  return mode.row(row).transpose();
-}
-
-// Sums over the pairs about the pivot (eq. 8-11).
-struct Information {
-  Mat6 shape = Mat6::Zero();       // across the two normal estimates: what both surfaces agree on
-  Mat6 false_part = Mat6::Zero();  // half the square of their difference: what noise and sampling add to a naive sum
-  Mat6 score = Mat6::Zero();       // covariance of the gradient
-  double weight = 0, u2 = 0;
-  std::int64_t count = 0;
+// What the reference's own noise does, cell by cell of a coarse level (eq. 11-12).
+struct ReferencePart {
+  Mat6 score = Mat6::Zero();       // of its height noise, for the covariance
+  Mat6 false_part = Mat6::Zero();  // the information that noise in its normals makes up
 };
 
-// Adds the reference's noise: all pairs of one reference point share it (eq. 10).
-void add_shared_noise(const std::vector<Pair>& pairs, const Vec3& pivot, double correlation, Mat6& score) {
-  std::vector<std::pair<std::int64_t, std::size_t>> order;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (pairs[i].weight > 0) order.emplace_back(pairs[i].reference, i);
+// Weights of the pairs on each surfel.
+std::vector<std::vector<double>> weights_of(const SurfelField& field, const Workspace& work) {
+  std::vector<std::vector<double>> out(field.levels.size());
+  for (std::size_t k = 0; k < out.size(); ++k) out[k].assign(field.levels[k].surfels.size(), 0);
+  const LivePoints& live = work.live;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(live.count); ++i) {
+    if (!(work.w[i] > 0) || work.surfel[i] < 0) continue;
+    const double v = (live.v.empty() ? live.v_all : live.v[i]) + surfel_of(field, work.surfel[i]).variance;
+    out[static_cast<std::size_t>(level_of(work.surfel[i]))][index_of(work.surfel[i])] += work.w[i] / v;
   }
-  std::sort(order.begin(), order.end());
-  for (std::size_t a = 0; a < order.size();) {
-    Vec6 sum = Vec6::Zero();
-    double variance = 0;
-    const std::int64_t reference = order[a].first;
-    for (; a < order.size() && order[a].first == reference; ++a) {
-      const Pair& p = pairs[order[a].second];
-      sum += p.weight / p.variance() * row_of(p.y - pivot, p.n);
-      variance = p.reference_variance;
+  return out;
+}
+
+ReferencePart reference_part(const Reference& reference, const std::vector<std::vector<double>>& weights) {
+  const SurfelField& field = reference.field;
+  const auto top = std::min<std::size_t>(kMacro, field.levels.size() - 1);
+  const SurfelLevel& macro = field.levels[top];
+  std::vector<Vec6> G(macro.surfels.size(), Vec6::Zero());
+  std::vector<double> W(macro.surfels.size(), 0);
+  for (std::size_t level = 0; level <= top; ++level) {
+    for (std::size_t i = 1; i < weights[level].size(); ++i) {
+      const double w = weights[level][i];
+      if (!(w > 0)) continue;
+      std::size_t m = i;
+      for (std::size_t k = level; k < top; ++k) m = static_cast<std::size_t>(field.levels[k].parent[m]);
+      const kernels::Surfel& s = field.levels[level].surfels[i];
+      G[m] += w * row_of(point_of(s), normal_of(s));
+      W[m] += w;
     }
-    score += correlation * variance * sum * sum.transpose();
   }
+  ReferencePart out;
+  for (std::size_t m = 1; m < W.size(); ++m) {
+    if (!(W[m] > 0)) continue;
+    const kernels::Surfel& s = macro.surfels[m];
+    const double variance = macro.noise[m] * reference.correlation_points;
+    out.score += variance / std::max(1.0F, macro.samples[m]) * G[m] * G[m].transpose();
+    const double slope = macro.slope_variance[m] * std::max<double>(variance, field.roughness2);
+    const Vec3 n = normal_of(s);
+    Eigen::Matrix<double, 6, 3> D;  // dJ / dn
+    D << skew(point_of(s)), Mat3::Identity();
+    out.false_part += W[m] * slope * D * (Mat3::Identity() - n * n.transpose()) * D.transpose();
+  }
+  return out;
 }
 
-Information gather(const Problem& problem, const std::vector<Pair>& pairs, const Vec3& pivot) {
-  Information s;
-  for (const Pair& p : pairs) {
-    if (!(p.weight > 0)) continue;
-    const double w = p.weight / p.variance();
-    const Vec6 j_reference = row_of(p.q - pivot, p.m), j_live = row_of(p.y - pivot, p.l), j = row_of(p.y - pivot, p.n);
-    const Vec6 difference = j_reference - j_live;
-    const Mat6 cross = j_reference * j_live.transpose();
-    s.shape += 0.5 * w * (cross + cross.transpose());
-    s.false_part += 0.5 * w * difference * difference.transpose();
-    s.score += problem.live->correlation_points * w * w * p.live_variance * j * j.transpose();
-    s.weight += p.weight;
-    s.u2 += w * p.r * p.r;
-    ++s.count;
-  }
-  add_shared_noise(pairs, pivot, problem.reference().correlation_points, s.score);
-  return s;
-}
-
-// The motions, scaled and at the isocentre, whose shape information does not exceed what noise makes up (eq. 9).
-Motions free_motions(const Information& s, double lever, const Mat6& iso_from_pivot) {
+// The motions, scaled and at the isocentre, whose information does not exceed what noise makes up (eq. 13).
+Motions free_motions(const Sums& s, const Mat6& false_part, double lever, const Mat6& iso_from_centre) {
   Vec6 unit;
   unit << Vec3::Constant(1 / lever), Vec3::Ones();
   const auto U = unit.asDiagonal();
-  const Mat6 shape = U * s.shape * U;
-  Mat6 total = shape + U * s.false_part * U;
+  Mat6 total = U * s.A * U;
+  const Mat6 shape = total - U * false_part * U;
   const double sum = total.diagonal().tail<3>().sum();  // of the weights: normals are unit
   total.diagonal().array() += kSlopeFloor * kSlopeFloor * sum;
   const Eigen::GeneralizedSelfAdjointEigenSolver<Mat6> eigen(shape, total);
-  // The sum of the false part over neighbours that share noise is itself uncertain by about 6 / sqrt(count) of it: 3
-  // sigma.
-  const double margin = 18 / std::sqrt(static_cast<double>(s.count));
+  // The noise that a direction saw may exceed its expectation by about 6 / sqrt(count) of it: 3 sigma.
+  const double margin = 18 / std::sqrt(std::max(1.0, s.pairs));
   const double threshold = (1 + margin) / (2 + margin);
   Motions free(6, 0);
   for (int i = 0; i < 6; ++i) {
     if (eigen.eigenvalues()[i] > threshold) continue;
     free.conservativeResize(6, free.cols() + 1);
-    free.col(free.cols() - 1) = scaled(iso_from_pivot * (U * eigen.eigenvectors().col(i)).eval()).normalized();
+    free.col(free.cols() - 1) = scaled(iso_from_centre * (U * eigen.eigenvectors().col(i)).eval()).normalized();
   }
   return free;
 }
 
-// Each shared error mode is one draw: the pose error that it makes, as an outer product (eq. 13).
-Mat6 mode_covariance(const Problem& problem, const std::vector<Pair>& pairs, const Pose& T, const Vec3& pivot,
-                     const Mat6& inverse) {
-  Mat6 sum = Mat6::Zero();
-  const auto add = [&](const std::vector<Points>& modes, bool of_live) {
-    for (const Points& mode : modes) {
-      Vec6 g = Vec6::Zero();
-      for (const Pair& p : pairs) {
-        const Vec3 u = of_live ? Vec3(T.R * mode_at(mode, p.live)) : mode_at(mode, p.reference);
-        if (p.weight > 0 && u.allFinite()) g += p.weight / p.variance() * p.n.dot(u) * row_of(p.y - pivot, p.n);
-      }
-      const Vec6 error = inverse * g;
-      sum += error * error.transpose();
+struct Cause {
+  const Points* live = nullptr;  // mm at one sigma, a row a point
+  const std::vector<std::vector<float>>* reference = nullptr;
+};
+
+// Each mode of either surface, those of one name together: one draw moves both (eq. 15).
+std::vector<Cause> causes_of(const Reference& reference, const Surface& live) {
+  std::vector<Cause> out;
+  std::vector<bool> taken(reference.modes.size(), false);
+  for (std::size_t k = 0; k < live.modes.size(); ++k) {
+    Cause cause{&live.modes[k], nullptr};
+    for (std::size_t j = 0; k < live.mode_names.size() && j < reference.mode_names.size(); ++j) {
+      if (taken[j] || live.mode_names[k].empty() || live.mode_names[k] != reference.mode_names[j]) continue;
+      cause.reference = &reference.modes[j];
+      taken[j] = true;
+      break;
     }
-  };
-  add(problem.live->modes, true);
-  add(problem.reference().modes, false);
+    out.push_back(cause);
+  }
+  for (std::size_t j = 0; j < taken.size(); ++j) {
+    if (!taken[j]) out.push_back({nullptr, &reference.modes[j]});
+  }
+  return out;
+}
+
+// The pose error that one draw of a cause makes, as an outer product (eq. 15).
+Mat6 mode_covariance(const Reference& reference, const Surface& live, const Pose& T, const Mat6& inverse,
+                     const Workspace& work) {
+  const std::vector<Cause> causes = causes_of(reference, live);
+  Mat6 sum = Mat6::Zero();
+  const SurfelField& field = reference.field;
+  for (const Cause& cause : causes) {
+    Vec6 g = Vec6::Zero();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(work.live.count); ++i) {
+      const std::int32_t code = work.surfel[i];
+      if (!(work.w[i] > 0) || code < 0) continue;
+      const kernels::Surfel& s = surfel_of(field, code);
+      Vec3 u = Vec3::Zero();
+      if (cause.live != nullptr) u += T.R * cause.live->row(work.live.row[i]).transpose();
+      if (cause.reference != nullptr) {
+        const float* of = &(*cause.reference)[static_cast<std::size_t>(level_of(code))][3 * index_of(code)];
+        u -= Vec3(of[0], of[1], of[2]);
+      }
+      if (!u.allFinite()) continue;
+      const Vec3 y = T * live.point(work.live.row[i]) - field.centre, n = normal_of(s);
+      const double v = (work.live.v.empty() ? work.live.v_all : work.live.v[i]) + s.variance;
+      g += work.w[i] / v * n.dot(u) * row_of(y, n);
+    }
+    const Vec6 error = inverse * g;
+    sum += error * error.transpose();
+  }
   return sum;
 }
 
-}  // namespace
+Mat6 symmetric(const Mat6& m) {
+  return 0.5 * (m + m.transpose());
+}
 
-Certificate certify(const Problem& problem, const std::vector<Pair>& pairs, const Pose& reference_from_live,
-                    const Vec3& isocentre, double degenerate_sigma) {
-  const Vec3 pivot = problem.centre;
-  const Information s = gather(problem, pairs, pivot);
-  Certificate c;
-  c.chi2 = s.u2 / s.weight * static_cast<double>(s.count) / std::max<double>(1, static_cast<double>(s.count - 6));
-  c.covariance.setConstant(kNan);
-  c.worst_sigma = kNan;
-  const Mat6 iso_from_pivot = adjoint(Pose{Mat3::Identity(), pivot - isocentre});
-  c.free = name_motions(free_motions(s, problem.lever, iso_from_pivot), isocentre);
-  if (!c.free.empty()) return c;
-
-  const Mat6 inverse = s.shape.ldlt().solve(Mat6::Identity());
-  Mat6 covariance = inverse * s.score * inverse * std::max(1.0, c.chi2) +
-                    mode_covariance(problem, pairs, reference_from_live, pivot, inverse);
-  covariance = (iso_from_pivot * covariance * iso_from_pivot.transpose()).eval();
+// The covariance's principal directions with turns at kTurnLever, the least certain first.
+std::vector<Direction> directions_of(const Mat6& covariance, const Vec3& isocentre) {
   Vec6 unit;
   unit << Vec3::Constant(kTurnLever), Vec3::Ones();
-  const Mat6 in_mm = unit.asDiagonal() * (0.5 * (covariance + covariance.transpose())) * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(in_mm);
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(unit.asDiagonal() * covariance * unit.asDiagonal());
+  std::vector<Direction> out;
+  for (int i = 5; i >= 0; --i) {
+    Vec6 motion = eigen.eigenvectors().col(i);
+    int largest;
+    motion.cwiseAbs().maxCoeff(&largest);
+    if (motion[largest] < 0) motion = -motion;
+    const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
+    motion.head<3>() /= kTurnLever;
+    out.push_back({motion, sigma, kDetect * sigma, words_of(motion, isocentre)});
+  }
+  return out;
+}
+
+Motions too_loose(const Mat6& covariance, double degenerate_sigma) {
+  Vec6 unit;
+  unit << Vec3::Constant(kTurnLever), Vec3::Ones();
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(unit.asDiagonal() * covariance * unit.asDiagonal());
   Motions loose(6, 0);
   for (int i = 0; i < 6; ++i) {
     if (std::sqrt(std::max(0.0, eigen.eigenvalues()[i])) <= degenerate_sigma) continue;
     loose.conservativeResize(6, loose.cols() + 1);
     loose.col(loose.cols() - 1) = eigen.eigenvectors().col(i);
   }
-  c.free = name_motions(loose, isocentre);
-  if (!c.free.empty()) return c;
-  c.covariance = 0.5 * (covariance + covariance.transpose());
-  c.worst_sigma = std::sqrt(eigen.eigenvalues()[5]);
-  Vec6 worst = eigen.eigenvectors().col(5);
-  worst.head<3>() /= kTurnLever;
-  c.worst_words = words_of(worst, isocentre);
+  return loose;
+}
+
+// Names the free motions; false where there are any.
+bool determined(const Reference& reference, const Sums& sums, const ReferencePart& part, const Vec3& isocentre,
+                Certificate& c) {
+  c.covariance.setConstant(kNan);
+  c.random = c.shared = c.covariance;
+  const Mat6 iso_from_centre = adjoint(Pose{Mat3::Identity(), reference.field.centre - isocentre});
+  c.free = name_motions(free_motions(sums, part.false_part, reference.field.lever, iso_from_centre), isocentre);
+  return c.free.empty();
+}
+
+// Carries the covariances from the centre to the isocentre; a motion that is too uncertain there is free, too.
+void finish(const Reference& reference, const Mat6& random, const Mat6& shared, const Vec3& isocentre,
+            double degenerate_sigma, Certificate& c) {
+  const Mat6 iso_from_centre = adjoint(Pose{Mat3::Identity(), reference.field.centre - isocentre});
+  const auto at_isocentre = [&](const Mat6& m) { return symmetric(iso_from_centre * m * iso_from_centre.transpose()); };
+  const Mat6 covariance = at_isocentre(random) + at_isocentre(shared);
+  c.free = name_motions(too_loose(covariance, degenerate_sigma), isocentre);
+  if (!c.free.empty()) return;
+  c.covariance = covariance;
+  c.random = at_isocentre(random);
+  c.shared = at_isocentre(shared);
+  c.directions = directions_of(covariance, isocentre);
+}
+
+}  // namespace
+
+Certificate certify(const Run& run, const Reference& reference, const Surface& live, const Pose& T, const Sums& sums,
+                    const Vec3& isocentre, const IcpOptions& options, double limit, Workspace& work) {
+  const SurfelField& field = reference.field;
+  work.r.resize(work.live.x.size());
+  work.surfel.resize(work.live.x.size());
+  PassOptions o = finest(reference, options, limit);
+  o.levels = static_cast<int>(field.levels.size());
+  o.given = work.w.data();
+  o.score = true;
+  o.r = work.r.data();
+  o.surfel = work.surfel.data();
+  const Sums score = do_pass(run, field, work.live, T, o);
+
+  Certificate c;
+  c.chi2 = sums.chi / sums.weight * sums.pairs / std::max(1.0, sums.pairs - 6);
+  const ReferencePart part = reference_part(reference, weights_of(field, work));
+  if (!determined(reference, sums, part, isocentre, c)) return c;
+  const Mat6 inverse = (sums.A - part.false_part).ldlt().solve(Mat6::Identity());
+  const double misfit = std::max(1.0, c.chi2);
+  finish(reference, live.correlation_points * misfit * inverse * score.A * inverse,
+         misfit * inverse * part.score * inverse + mode_covariance(reference, live, T, inverse, work), isocentre,
+         options.degenerate_sigma, c);
+  return c;
+}
+
+Certificate predict(const Reference& reference, const Vec3& isocentre, double live_sigma, double degenerate_sigma) {
+  const SurfelField& field = reference.field;
+  const SurfelLevel& level = field.levels[0];
+  std::vector<std::vector<double>> weights(field.levels.size());
+  for (std::size_t k = 0; k < weights.size(); ++k) weights[k].assign(field.levels[k].surfels.size(), 0);
+  Sums sums;
+  Mat6 score = Mat6::Zero();
+  const double v_live = live_sigma * live_sigma;
+  for (std::size_t i = 1; i < level.surfels.size(); ++i) {
+    const kernels::Surfel& s = level.surfels[i];
+    if (!(s.counts > 0)) continue;
+    const Vec6 j = row_of(point_of(s), normal_of(s));
+    const double n = level.samples[i], v = v_live + s.variance;
+    weights[0][i] = n / v;
+    sums.A += n / v * j * j.transpose();
+    score += n * v_live / (v * v) * j * j.transpose();
+    sums.pairs += n;
+  }
+  Certificate c;
+  c.chi2 = 1;
+  const ReferencePart part = reference_part(reference, weights);
+  if (!determined(reference, sums, part, isocentre, c)) return c;
+  const Mat6 inverse = (sums.A - part.false_part).ldlt().solve(Mat6::Identity());
+  finish(reference, inverse * score * inverse, inverse * part.score * inverse, isocentre, degenerate_sigma, c);
   return c;
 }
 

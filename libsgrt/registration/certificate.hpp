@@ -1,24 +1,25 @@
-// What a pose found from pairs is worth: the motions that the surfaces leave free, and the covariance of the others at
-// the isocentre. The information is taken across the two independent normal estimates, so that noise in the normals,
-// which makes a plane look rough, is not taken for shape. docs/theory/icp.md eq. 8-13.
+// What a pose is worth: the motions that the surfaces leave free, and the covariance of the others at the isocentre,
+// its random part (live noise) apart from what all frames share (the reference's noise, calibration). What noise in the
+// reference adds to the information is taken off before anything is called determined. docs/theory/icp.md eq. 10-16.
 #pragma once
 
+#include <string>
 #include <vector>
 
-#include "registration/correspondences.hpp"
 #include "registration/icp.hpp"
+#include "registration/search.hpp"
 
 namespace sgrt {
 
 struct Certificate {
-  std::vector<FreeMotion> free;  // motions that the surfaces do not determine
-  Mat6 covariance;               // (rotation rad, translation mm) at the isocentre; NaN with free motions
-  double chi2;                   // reduced: 1 when the residuals are as the points' noise predicts
-  double worst_sigma;            // mm, of the least certain motion, turns at 100 mm; NaN with free motions
-  std::string worst_words;
+  std::vector<FreeMotion> free;       // motions that the surfaces do not determine
+  std::vector<Direction> directions;  // the six independent ones of the covariance, the least certain first
+  Mat6 covariance, random, shared;    // (rotation rad, translation mm) at the isocentre; NaN with free motions
+  double chi2;                        // reduced: 1 when the residuals are as the points' noise predicts
 };
 
-Certificate certify(const Problem& problem, const std::vector<Pair>& pairs, const Pose& reference_from_live,
-                    const Vec3& isocentre, double degenerate_sigma);
+// sums, work.w: of the last round of the search at about this pose. Fills work.r and work.surfel.
+Certificate certify(const Run& run, const Reference& reference, const Surface& live, const Pose& reference_from_live,
+                    const Sums& sums, const Vec3& isocentre, const IcpOptions& options, double limit, Workspace& work);
 
 }  // namespace sgrt

@@ -1,22 +1,16 @@
 // Fine registration: prepare, search, certify, judge. docs/theory/icp.md.
 #include "registration/icp.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "core/parallel.hpp"
 #include "registration/certificate.hpp"
-#include "registration/problem.hpp"
+#include "registration/coarse.hpp"
+#include "registration/judge.hpp"
+#include "registration/predict.hpp"
 #include "registration/search.hpp"
-#include "surface/distance.hpp"
 
 namespace sgrt {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kWeakShare = 0.5;  // of the live points, or of the reference
-constexpr double kWeakMisfit = 3;   // residuals this many times larger than the noise are not noise
 
 void check(const Vec3& isocentre, const IcpOptions& o) {
   const auto positive = [](double v, const char* name) {
@@ -40,141 +34,82 @@ void check(const Vec3& isocentre, const IcpOptions& o) {
   }
 }
 
-// Live points whose closest reference point, however far, lies in the ROI.
-std::int64_t count_candidates(const Run& run, const Problem& problem, const Pose& pose) {
-  const auto rows = static_cast<std::int64_t>(problem.rows.size());
-  if (problem.in_roi.empty()) return rows;
-  return parallel_sum(run, rows, 1024, std::int64_t{0}, [&](std::int64_t begin, std::int64_t end) {
-    std::int64_t count = 0;
-    for (std::int64_t i = begin; i < end; ++i) {
-      const Vec3 y = pose * problem.live->point(problem.rows[static_cast<std::size_t>(i)]);
-      const auto hit = problem.field.nearest.nearest(y, std::numeric_limits<double>::infinity());
-      count += hit.index >= 0 && problem.counts(hit.index);
-    }
-    return count;
-  });
-}
-
-// The share of the reference points that count which an inlier pair or one beside them covers: a small reference laid
-// on a large live surface overlaps wholly although few of the live points match.
-double coverage(const Problem& problem, const std::vector<Pair>& pairs) {
-  std::vector<bool> covered(static_cast<std::size_t>(problem.reference().size()), false);
-  for (const Pair& p : pairs) {
-    if (!(p.weight > 0)) continue;
-    covered[static_cast<std::size_t>(p.reference)] = true;
-    for (const std::int32_t i : problem.field.ring.row(p.reference)) {
-      if (i >= 0) covered[static_cast<std::size_t>(i)] = true;
-    }
-  }
-  std::int64_t count = 0;
-  for (std::int64_t i = 0; i < problem.reference().size(); ++i) {
-    count += covered[static_cast<std::size_t>(i)] && problem.counts(i);
-  }
-  return static_cast<double>(count) / static_cast<double>(problem.reference_count);
-}
-
-std::string percent(double share) {
-  return std::to_string(std::lround(100 * share)) + " %";
-}
-
-std::string rounded(double mm) {
-  return text_of(std::round(1000 * mm) / 1000);
-}
-
-void give_up(IcpResult& result, Status status, const std::string& message) {
-  result.status = status;
-  result.message = result.verdict_words = message;
-}
-
-std::string join(const std::vector<FreeMotion>& free) {
-  std::string words;
-  for (const FreeMotion& f : free) words += (words.empty() ? "" : ", ") + f.words;
-  return words;
-}
-
-// What speaks against trusting the pose; "" if nothing does.
-std::string doubts(const Certificate& c, double overlap, const IcpResult& result, const IcpOptions& options) {
-  std::string words;
-  const auto add = [&](const std::string& text) { words += (words.empty() ? "" : "; ") + text; };
-  if (c.worst_sigma > options.weak_sigma) add("sigma " + rounded(c.worst_sigma) + " mm where it " + c.worst_words);
-  if (c.chi2 > kWeakMisfit * kWeakMisfit && result.rms > options.weak_sigma) {
-    add("residuals of " + rounded(result.rms) + " mm are " + rounded(std::sqrt(c.chi2)) + " times the expected noise");
-  }
-  if (overlap < kWeakShare) add("only " + percent(result.inlier_share) + " of the live points match");
-  return words;
-}
-
-double rms_of(const std::vector<Pair>& pairs) {
-  double sum = 0, weight = 0;
-  for (const Pair& p : pairs) {
-    sum += p.weight * p.r * p.r;
-    weight += p.weight;
-  }
-  return std::sqrt(sum / weight);
-}
-
-void solve(const Run& run, const Problem& problem, const Pose& initial, const IcpOptions& options, IcpResult& result) {
-  const Search s = search(run, problem, initial, options);
+// A pose with too few pairs, or none, to say anything more about.
+bool too_few(const Search& s, IcpResult& result) {
+  if (s.sums.pairs >= kMinPairs) return false;
   result.iterations = s.iterations;
-  for (const Pair& p : s.pairs) {
-    if (!(p.weight > 0)) continue;
-    ++result.pair_count;
-    result.inlier[static_cast<std::size_t>(p.live)] = 1;
-  }
-  const std::int64_t candidates = count_candidates(run, problem, s.pose);
-  result.inlier_share =
-      static_cast<double>(result.pair_count) / static_cast<double>(std::max<std::int64_t>(1, candidates));
-  const double overlap = std::max(result.inlier_share, coverage(problem, s.pairs));
-  if (overlap < options.min_inlier_share) {
-    return give_up(result, Status::kNotFound,
-                   "the surfaces do not overlap: " + percent(result.inlier_share) +
-                       " of the live points match, at least " + percent(options.min_inlier_share) + " are needed");
-  }
-  if (result.pair_count < kMinPairs) {
-    return give_up(result, Status::kInsufficientData,
-                   std::to_string(result.pair_count) + " pairs, at least 6 are needed");
-  }
-  const Certificate c = certify(problem, s.pairs, s.pose, result.isocentre, options.degenerate_sigma);
-  result.free = c.free;
-  if (!c.free.empty()) {
-    return give_up(result, Status::kDegenerate, "the surfaces leave free: " + join(c.free));
-  }
-  if (!s.converged) {
-    return give_up(result, Status::kNotConverged, "still moving after " + std::to_string(s.iterations) + " iterations");
-  }
-  result.reference_from_live = s.pose;
-  result.displacement = displacement_of(s.pose, result.isocentre);
-  result.correction = correction_of(s.pose, result.isocentre);
-  result.covariance = c.covariance;
-  result.rms = rms_of(s.pairs);
-  result.distance = signed_distance(run, problem.field, *problem.live, s.pose, options.max_distance);
-  const std::string words = doubts(c, overlap, result, options);
-  result.verdict = words.empty() ? Verdict::kOk : Verdict::kWeak;
-  result.verdict_words = words.empty() ? "ok" : "weak: " + words;
+  result.pair_count = std::llround(s.sums.pairs);
+  result.inlier_share = 0;
+  const bool inside_out = s.sums.flipped > 0.3 * s.sums.candidates && s.sums.flipped >= kMinPairs;
+  give_up(result, Status::kNotFound,
+          std::string("the surfaces do not overlap: fewer than 6 pairs") +
+              (inside_out ? "; the normals point the other way: is one surface inside out?" : ""));
+  return true;
 }
 
-// All NaN: no number stands for "in place" unless it was found.
-IcpResult blank(const Surface& live, const Vec3& isocentre) {
-  IcpResult r;
-  r.reference_from_live = {Mat3::Constant(kNan), Vec3::Constant(kNan)};
-  r.isocentre = isocentre;
-  static_cast<SixDof&>(r.displacement) = {kNan, kNan, kNan, kNan, kNan, kNan, kNan};
-  static_cast<SixDof&>(r.correction) = {kNan, kNan, kNan, kNan, kNan, kNan, kNan};
-  r.covariance.setConstant(kNan);
-  r.rms = r.inlier_share = kNan;
-  r.live_height = live.height;
-  r.live_width = live.width;
-  r.distance = Eigen::VectorXd::Constant(live.size(), kNan);
-  r.inlier.assign(static_cast<std::size_t>(live.size()), 0);
-  return r;
+void solve(const Run& run, const Reference& reference, const Surface& live, const Pose& initial,
+           const IcpOptions& options, Workspace& work, IcpResult& result) {
+  read_live(live, work.live);
+  if (work.live.count < kMinPairs) {
+    return give_up(result, Status::kInsufficientData,
+                   "the live surface has " + std::to_string(work.live.count) +
+                       " usable points (present, with a normal), at least 6 are needed");
+  }
+  if (!(work.live.lever > 1e-9)) {
+    return give_up(result, Status::kInsufficientData, "the live surface has one usable point: all coincide");
+  }
+  const std::string size = misfit_of_size(reference, work.live);
+  if (!size.empty()) return give_up(result, Status::kNotFound, size);
+  CoarseResult coarse;
+  if (options.anywhere) {
+    coarse = find_anywhere(run, reference, work.live);
+    result.coarse_score = coarse.score;
+    result.coarse_runner_up = coarse.runner_up_score;
+    if (coarse.status == Status::kNotFound) return give_up(result, coarse.status, coarse.message);
+  }
+  const Pose& start = options.anywhere ? coarse.pose : initial;
+  const Search s = search(run, reference, live, start, result.isocentre, options, work);
+  if (too_few(s, result)) return;
+  if (work.w.size() != work.live.x.size()) work.w.assign(work.live.x.size(), 0.0F);
+  const Certificate c = certify(run, reference, live, s.pose, s.sums, result.isocentre, options, s.limit, work);
+  judge(reference, s, c, start, options, work, result);
+  // A free motion says more than that two poses fit alike.
+  if (coarse.status == Status::kOk || result.status != Status::kOk) return;
+  const IcpResult found = std::move(result);
+  result = blank_result(live, found.isocentre);
+  result.coarse_score = found.coarse_score;
+  result.coarse_runner_up = found.coarse_runner_up;
+  result.iterations = found.iterations;
+  result.inlier_share = found.inlier_share;
+  give_up(result, coarse.status, coarse.message);
 }
 
 }  // namespace
 
 IcpResult align(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
                 const Pose& initial_reference_from_live, const IcpOptions& options) {
-  const Roi* roi = reference.roi ? &*reference.roi : nullptr;
-  return align(run, reference.surface, live, isocentre, roi, initial_reference_from_live, options);
+  check(isocentre, options);
+  require(initial_reference_from_live.R.allFinite() && initial_reference_from_live.t.allFinite(),
+          "initial_reference_from_live is not finite");
+  IcpResult result = blank_result(live, isocentre);
+  Workspace work;
+  solve(run, reference, live, initial_reference_from_live, options, work, result);
+  return result;
+}
+
+IcpResult promise_of(const Reference& reference, const Vec3& isocentre, double live_sigma) {
+  IcpResult result = blank_result(Surface{}, isocentre);
+  Certificate c = predict(reference, isocentre, live_sigma, IcpOptions{}.degenerate_sigma);
+  result.free = std::move(c.free);
+  if (!result.free.empty()) {
+    give_up(result, Status::kDegenerate, "the reference leaves free: " + words_of(result.free));
+    return result;
+  }
+  result.covariance = c.covariance;
+  result.random = c.random;
+  result.shared = c.shared;
+  result.directions = std::move(c.directions);
+  return result;
 }
 
 IcpResult align(const Run& run, const Surface& reference, const Surface& live, const Vec3& isocentre, const Roi* roi,
@@ -182,16 +117,17 @@ IcpResult align(const Run& run, const Surface& reference, const Surface& live, c
   check(isocentre, options);
   require(initial_reference_from_live.R.allFinite() && initial_reference_from_live.t.allFinite(),
           "initial_reference_from_live is not finite");
-  IcpResult result = blank(live, isocentre);
+  std::shared_ptr<const Reference> prepared;
   try {
-    const Problem problem(run, reference, live, roi);
-    solve(run, problem, initial_reference_from_live, options, result);
+    prepared = prepare_reference(run, reference, roi);
   } catch (const Error& e) {
     const auto status = static_cast<int>(e.status());
     if (status < 10 || status > 19) throw;
+    IcpResult result = blank_result(live, isocentre);
     give_up(result, e.status(), e.what());
+    return result;
   }
-  return result;
+  return align(run, *prepared, live, isocentre, initial_reference_from_live, options);
 }
 
 }  // namespace sgrt

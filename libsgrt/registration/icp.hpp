@@ -22,6 +22,7 @@ struct IcpOptions {
   double step_tolerance = 1e-4;  // mm
   double weak_sigma = 0.5;       // mm; rotations at 100 mm
   double degenerate_sigma = 5;   // mm
+  bool anywhere = false;         // assume nothing about the start: the initial pose is not used
 };
 
 enum class Verdict : int { kNone = 0, kOk = 1, kWeak = 2 };
@@ -29,6 +30,14 @@ enum class Verdict : int { kNone = 0, kOk = 1, kWeak = 2 };
 struct FreeMotion {
   Vec6 motion;        // (rotation rad, translation mm) at the isocentre, largest entry 1 with rotations at 100 mm
   std::string words;  // "slides along LNG"
+};
+
+// An eigenvector of the covariance at the isocentre, turns at 100 mm.
+struct Direction {
+  Vec6 motion;        // (rotation rad, translation mm); unit length with rotations at 100 mm
+  double sigma;       // mm along it
+  double detectable;  // mm: the smallest shift that is found 95 times in 100 at a false alarm in 20
+  std::string words;
 };
 
 struct IcpResult {
@@ -42,11 +51,16 @@ struct IcpResult {
   Vec3 isocentre;
   PatientDisplacement displacement;
   CouchCorrection correction;
-  Mat6 covariance;  // of delta in D_true = D exp(delta) about the isocentre
+  Mat6 covariance;  // of delta in D_true = D exp(delta) about the isocentre; random + shared
+  Mat6 random;      // of the live noise: new in every frame
+  Mat6 shared;      // what all frames on this reference have in common: its noise, the error modes of both surfaces
   std::vector<FreeMotion> free;
+  std::vector<Direction> directions;  // the least certain first
+  double chi2 = 0;                    // reduced; 1 where the residuals are as the noise predicts
   double rms = 0, inlier_share = 0;
+  double coarse_score, coarse_runner_up;  // of the search without a start; NaN where there was none
   std::int64_t live_height = 0, live_width = 0;
-  Eigen::VectorXd distance;  // signed distance map at the pose; NaN without correspondence
+  Eigen::VectorXd distance;  // signed distance map at the pose, mm; NaN without correspondence
   std::vector<std::uint8_t> inlier;
 };
 
@@ -54,8 +68,12 @@ struct IcpResult {
 IcpResult align(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
                 const Pose& initial_reference_from_live, const IcpOptions& options);
 
-// The same, the reference prepared for this once. roi may be null. Statuses 10-19 are returned, not thrown, so that the
-// diagnostics are kept.
+// What the reference promises before anything is seen, as a result without a pose: free motions (kDegenerate), or
+// covariance and directions for live points as dense as its own with live_sigma along the normal.
+IcpResult promise_of(const Reference& reference, const Vec3& isocentre, double live_sigma);
+
+// The same as align, the reference prepared for this once. roi may be null. Statuses 10-19 are returned, not thrown, so
+// that the diagnostics are kept.
 IcpResult align(const Run& run, const Surface& reference, const Surface& live, const Vec3& isocentre, const Roi* roi,
                 const Pose& initial_reference_from_live, const IcpOptions& options);
 

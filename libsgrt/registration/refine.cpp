@@ -1,57 +1,59 @@
-// Refinement with ceres::TinySolver. docs/theory/icp.md eq. 6-7.
+// Refinement with ceres::TinySolver. docs/theory/icp.md eq. 8-9.
 #include "registration/refine.hpp"
 
 #include <ceres/tiny_solver.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace sgrt {
 namespace {
 
-// d Exp(w) x / dw = -[Exp(w) x]_x Jl(w), Jl the left Jacobian of SO(3) (Sola 2018 eq. 145).
-Mat3 left_jacobian(const Vec3& w) {
-  const double a2 = w.squaredNorm(), a = std::sqrt(a2);
-  const Mat3 W = skew(w);
-  if (a < 1e-4) return Mat3::Identity() + 0.5 * W + W * W / 6;
-  return Mat3::Identity() + (1 - std::cos(a)) / a2 * W + (a - std::sin(a)) / (a2 * a) * W * W;
-}
+// What TinySolver asks for: f + J x, x the twist at the isocentre.
+struct Cost {
+  typedef double Scalar;
+  enum { NUM_RESIDUALS = 7, NUM_PARAMETERS = 6 };
+  const SquareRoot& root;
+
+  bool operator()(const double* parameters, double* residuals, double* jacobian) const {
+    const Eigen::Map<const Vec6> x(parameters);
+    Eigen::Map<Eigen::Matrix<double, 7, 1>>(residuals, 7, 1) = root.f + root.J * x;
+    if (jacobian != nullptr) Eigen::Map<Eigen::Matrix<double, 7, 6>>(jacobian, 7, 6) = root.J;
+    return true;
+  }
+};
 
 }  // namespace
 
-bool PlaneCost::operator()(const double* parameters, double* residuals, double* jacobian) const {
-  const Vec3 w(parameters[0], parameters[1], parameters[2]), t(parameters[3], parameters[4], parameters[5]);
-  const Mat3 R = so3_exp(w), Jl = left_jacobian(w);
-  const std::size_t n = pairs_.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Pair& p = pairs_[i];
-    const double scale = std::sqrt(p.weight / p.variance());
-    const Vec3 x = R * (p.y - pivot_);
-    residuals[i] = scale * p.n.dot(x + t + pivot_ - p.q);
-    if (jacobian == nullptr) continue;
-    const Vec3 dw = scale * (Jl.transpose() * x.cross(p.n));
-    for (std::size_t k = 0; k < 3; ++k) {
-      jacobian[k * n + i] = dw[static_cast<int>(k)];
-      jacobian[(3 + k) * n + i] = scale * p.n[static_cast<int>(k)];
-    }
-  }
-  return true;
+bool square_root(const Mat6& A, const Vec6& g, double cost, SquareRoot& root) {
+  const Vec6 unit = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<Mat6> llt(unit.asDiagonal() * A * unit.asDiagonal());
+  if (llt.info() != Eigen::Success) return false;
+  const Mat6 L = unit.cwiseInverse().asDiagonal() * Mat6(llt.matrixL());
+  root.f.head<6>() = L.triangularView<Eigen::Lower>().solve(g);
+  root.f[6] = std::sqrt(std::max(0.0, cost - root.f.head<6>().squaredNorm()));
+  root.J.topRows<6>() = L.transpose();
+  root.J.row(6).setZero();
+  return root.f.allFinite() && root.J.allFinite();
 }
 
-Vec6 refine(const std::vector<Pair>& pairs, const Vec3& pivot) {
-  const PlaneCost cost(pairs, pivot);
-  ceres::TinySolver<PlaneCost> solver;
+Vec6 refine(const Sums& sums, const Vec3& centre, const Vec3& isocentre, double lever) {
+  // A twist at the isocentre, seen about the centre; turns in units of 1 / lever, so that the six compare.
+  Mat6 G = adjoint(Pose{Mat3::Identity(), isocentre - centre});
+  G.leftCols<3>() /= lever;
+  SquareRoot root;
+  if (!square_root(G.transpose() * sums.A * G, G.transpose() * sums.g, sums.cost, root)) return step_of(sums, lever);
+  const Cost cost{root};
+  ceres::TinySolver<Cost> solver;
   solver.options.max_num_iterations = 10;
-  // The cost is in sigmas squared. Its first step is already good to second order; do not spend more on it than counts.
-  solver.options.function_tolerance = 1e-9;
-  solver.options.parameter_tolerance = 1e-9;
+  solver.options.gradient_tolerance = 1e-6;  // the cost is in sigmas squared
+  solver.options.function_tolerance = 1e-12;
   Vec6 twist = Vec6::Zero();
   solver.Solve(cost, &twist);
-  return twist;
-}
-
-Pose motion_about(const Vec6& twist, const Vec3& pivot) {
-  const Mat3 R = so3_exp(twist.head<3>());
-  return {R, twist.tail<3>() + pivot - R * pivot};
+  const Vec6 step = G * twist;
+  // A motion that the pairs hardly see is left to the step that leaves it out.
+  const Vec6 safe = step_of(sums, lever);
+  return step.norm() <= 2 * safe.norm() || safe.isZero() ? step : safe;
 }
 
 }  // namespace sgrt

@@ -1,35 +1,22 @@
-// One least-squares solve over fixed pairs with ceres::TinySolver (Levenberg-Marquardt):
-// min over (w, t) of sum weight (n . (Exp(w) x + t - z))^2 / variance, x = y - pivot, z = q - pivot. docs/theory/icp.md
-// eq. 6-7.
+// The refinement of one round: least squares over fixed pairs by ceres::TinySolver, for the twist at the isocentre. The
+// solver sees seven residuals instead of one a pair: the square root of the 21 + 6 + 1 sums of the normal equations,
+// which has their cost, gradient and Gauss-Newton matrix. docs/theory/icp.md eq. 8-9.
 #pragma once
 
-#include <vector>
-
 #include "core/geometry.hpp"
-#include "registration/correspondences.hpp"
+#include "registration/pass.hpp"
 
 namespace sgrt {
 
-// Residuals and their analytic Jacobian as TinySolver wants them; parameters are (w rad, t mm).
-class PlaneCost {
- public:
-  typedef double Scalar;
-  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 6 };
-
-  PlaneCost(const std::vector<Pair>& pairs, const Vec3& pivot) : pairs_(pairs), pivot_(pivot) {}
-  int NumResiduals() const { return static_cast<int>(pairs_.size()); }
-  // jacobian: column-major, one column a parameter, or null.
-  bool operator()(const double* parameters, double* residuals, double* jacobian) const;
-
- private:
-  const std::vector<Pair>& pairs_;
-  Vec3 pivot_;
+// Residuals f and their Jacobian J: J^T J = A, J^T f = g, f^T f = cost.
+struct SquareRoot {
+  Eigen::Matrix<double, 7, 1> f;
+  Eigen::Matrix<double, 7, 6> J;
 };
+// False where A is singular.
+bool square_root(const Mat6& A, const Vec6& g, double cost, SquareRoot& root);
 
-// The motion after the one at which the pairs were made: x -> Exp(w) (x - pivot) + pivot + t.
-Vec6 refine(const std::vector<Pair>& pairs, const Vec3& pivot);
-
-// The twist as a pose of the room.
-Pose motion_about(const Vec6& twist, const Vec3& pivot);
+// The twist about the field's centre that least squares asks for. sums: about the centre; lever: of the field, mm.
+Vec6 refine(const Sums& sums, const Vec3& centre, const Vec3& isocentre, double lever);
 
 }  // namespace sgrt

@@ -4,135 +4,165 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/parallel.hpp"
+#include "registration/noise.hpp"
 #include "registration/refine.hpp"
 
 namespace sgrt {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr std::int64_t kCoarsePoints = 2000;
-// A step this many sigmas long does not matter once the steps go to and fro; and that much may stay undecided by it.
+constexpr std::int64_t kSubset = 2000;
+constexpr int kEnoughSurfels = 40;  // a level of fewer has lost the shape
+constexpr int kRoundsPerLevel = 12;
+constexpr double kLeastScale = 0.02;  // mm: closer than this residuals are not told apart on the way
+// A step this many sigmas long does not matter; and that much may stay undecided where the steps go to and fro.
 constexpr double kSettled = 0.02, kFlicker = 0.25;
 
-// Gauss-Newton's information and gradient over the pairs, turns scaled by 1 / lever.
-struct Normal {
-  Mat6 A = Mat6::Zero();
-  Vec6 g = Vec6::Zero();
-  Normal& operator+=(const Normal& o) {
-    A += o.A;
-    g += o.g;
-    return *this;
-  }
-};
-
-Normal normal_equations(const Run& run, const std::vector<Pair>& pairs, const Vec3& pivot, double lever) {
-  const auto n = static_cast<std::int64_t>(pairs.size());
-  return parallel_sum(run, n, 4096, Normal{}, [&](std::int64_t begin, std::int64_t end) {
-    Normal sum;
-    for (std::int64_t i = begin; i < end; ++i) {
-      const Pair& p = pairs[static_cast<std::size_t>(i)];
-      const double w = p.weight / p.variance();
-      Vec6 j;
-      j << (p.y - pivot).cross(p.n) / lever, p.n;
-      sum.A.noalias() += w * j * j.transpose();
-      sum.g -= w * p.r * j;
-    }
-    return sum;
-  });
-}
-
-// The step A^-1 g, without the directions that the pairs do not see at all.
-Vec6 step_of(const Normal& normal, double lever) {
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(normal.A);
-  Vec6 step = Vec6::Zero();
-  for (int i = 0; i < 6; ++i) {
-    const double lambda = eigen.eigenvalues()[i];
-    if (lambda <= 1e-9 * eigen.eigenvalues()[5]) continue;
-    step += eigen.eigenvectors().col(i).dot(normal.g) / lambda * eigen.eigenvectors().col(i);
-  }
-  step.head<3>() /= lever;
-  return step;
-}
-
-// The farthest that a pair moves, mm.
-double farthest(const std::vector<Pair>& pairs, const Vec6& twist, const Vec3& pivot) {
-  const Vec3 w = twist.head<3>(), t = twist.tail<3>();
-  double most2 = 0;
-  for (const Pair& p : pairs) {
-    if (p.weight > 0) most2 = std::max(most2, (w.cross(p.y - pivot) + t).squaredNorm());
-  }
-  return std::sqrt(most2);
-}
-
 // Two twists' product in the metric of the information, in which a sigma has length 1.
-double product(const Normal& normal, const Vec6& a, const Vec6& b, double lever) {
-  Vec6 unit;
-  unit << Vec3::Constant(lever), Vec3::Ones();
-  return a.cwiseProduct(unit).dot(normal.A * b.cwiseProduct(unit)) / 6;
+double product(const Sums& sums, const Vec6& a, const Vec6& b) {
+  return a.dot(sums.A * b) / 6;
 }
 
-// Takes steps until they come to rest. New pairs make the sum jump, so near the minimum the steps may go to and fro for
-// ever between poses a small part of a sigma apart: each turn back halves the gain, so that the search rests in
-// between.
-class Stage {
+class Searcher {
  public:
-  Stage(const Run& run, const Problem& problem, const IcpOptions& options, bool coarse)
-      : run_(run), problem_(problem), options_(options), coarse_(coarse) {
-    const auto rows = static_cast<std::int64_t>(problem.rows.size());
-    limits_.min_cos = std::cos(options.max_angle_deg * kPi / 180);
-    limits_.step = coarse ? std::max<std::int64_t>(1, rows / kCoarsePoints) : 1;
-    tolerance_ = coarse ? 10 * options.step_tolerance : options.step_tolerance;
+  Searcher(const Run& run, const Reference& reference, const IcpOptions& options, Workspace& work, Search& s)
+      : run_(run), reference_(reference), field_(reference.field), options_(options), work_(work), s_(s) {}
+
+  // Down the levels on the subset. False: too few pairs.
+  bool descend() {
+    draw_subset(work_.live, kSubset, work_.subset);
+    work_.subset_r.resize(work_.subset.x.size());
+    work_.subset_w.resize(work_.subset.x.size());
+    const auto top = static_cast<int>(field_.levels.size()) - 1;
+    int first = top;
+    while (first > 0 && field_.levels[static_cast<std::size_t>(first)].count < kEnoughSurfels) --first;
+    double scale = 0;
+    for (int level = first; level >= 0; --level) {
+      const double cell = field_.cell * std::exp2(level);
+      for (int round = 0; round < kRoundsPerLevel && s_.iterations < options_.max_iterations; ++round) {
+        PassOptions o = options(level, top + 1 - level);
+        o.unit_noise = true;
+        o.scale = scale;
+        o.r = work_.subset_r.data();
+        o.w = work_.subset_w.data();
+        const Sums sums = do_pass(run_, field_, work_.subset, s_.pose, o);
+        ++s_.iterations;
+        s_.sums = sums;
+        if (sums.pairs < kMinPairs) return false;
+        scale = std::max(kLeastScale, 1.4826 * median_residual());
+        const double moved = take(step_of(sums, field_.lever), std::max(4 * cell, 20.0));
+        if (moved < (level == 0 ? 0.002 : 0.02) * cell) break;
+      }
+      s_.limit = std::min(options_.max_distance, std::max(4 * scale, 1.5 * cell));
+    }
+    return true;
   }
 
-  // One round: pairs at the pose, weights, step. Returns whether the search has come to rest.
-  bool iterate(Search& s) {
-    ++s.iterations;
-    run_.poll(static_cast<double>(s.iterations) / options_.max_iterations, "registration");
-    limits_.max_distance = s.limit;
-    associate(run_, problem_, s.pose, limits_, s.last, s.pairs);
-    if (static_cast<std::int64_t>(s.pairs.size()) < kMinPairs) return false;
-    const double scale = robust_scale(s.pairs);
-    weigh(s.pairs, scale, coarse_ ? kTukey : kInliers);
-    const Normal normal = normal_equations(run_, s.pairs, problem_.centre, problem_.lever);
-    const Vec6 step = coarse_ ? step_of(normal, problem_.lever) : refine(s.pairs, problem_.centre);
-    gain_ = product(normal, step, last_, problem_.lever) < 0 ? 0.5 * gain_ : std::min(1.0, 1.2 * gain_);
-    last_ = step;
-    const Vec6 taken = gain_ * step;
-    const double moved = farthest(s.pairs, taken, problem_.centre);
-    s.pose = motion_about(taken, problem_.centre) * s.pose;
-    // Pairs five times as far apart as the typical one are not of the same skin, unless sampling alone does it.
-    s.limit = std::min(options_.max_distance, std::max(5 * median_distance(s.pairs), 3 * problem_.spacing));
-    const double sigmas = std::sqrt(product(normal, step, step, problem_.lever)) / scale;
-    if (coarse_ && sigmas < kFlicker) return true;
-    return gain_ < 1 ? sigmas < kSettled || (moved < tolerance_ && sigmas < kFlicker) : moved < tolerance_;
+  // All points, inlier weights, refinement, until the pose rests.
+  void settle(const Vec3& isocentre) {
+    const std::size_t n = work_.live.x.size();
+    work_.w.resize(n);
+    double gain = 1;
+    Vec6 last = Vec6::Zero();
+    s_.scale = subset_scale();
+    while (s_.iterations < options_.max_iterations) {
+      PassOptions o = options(0, 2);
+      o.scale = s_.scale;
+      o.taper = kInliers;
+      o.w = work_.w.data();
+      const Sums sums = do_pass(run_, field_, work_.live, s_.pose, o);
+      ++s_.iterations;
+      s_.sums = sums;
+      if (sums.pairs < kMinPairs) return;
+      const Vec6 step = refine(sums, field_.centre, isocentre, field_.lever);
+      const double sigmas = std::sqrt(product(sums, step, step)) / s_.scale;
+      const double moved = farthest(field_, step);
+      if (moved < options_.step_tolerance || sigmas < kSettled || (gain < 0.3 && sigmas < kFlicker)) {
+        take(step, moved);
+        s_.converged = true;
+        return;
+      }
+      gain = product(sums, step, last) < 0 ? 0.5 * gain : std::min(1.0, 1.2 * gain);
+      last = step;
+      take(gain * step, moved);
+    }
   }
 
  private:
+  PassOptions options(int level, int levels) const {
+    PassOptions o = finest(reference_, options_, s_.limit);
+    o.level = level;
+    o.levels = levels;
+    return o;
+  }
+
+  // Moves the pose by the step, but no farther than so many mm; returns how far.
+  double take(Vec6 step, double most) {
+    const double moved = farthest(field_, step);
+    if (moved > most) step *= most / moved;
+    s_.pose = motion_about(step, field_.centre) * s_.pose;
+    return moved;
+  }
+
+  double median_residual() {
+    std::vector<float> r;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(work_.subset.count); ++i) {
+      const float v = std::abs(work_.subset_r[i]);
+      if (v <= static_cast<float>(s_.limit)) r.push_back(v);
+    }
+    return median_of(r);
+  }
+
+  // How many times the expected sigma the residuals scatter, by their median; at least 1 (eq. 7).
+  double subset_scale() {
+    draw_subset(work_.live, kSubset, work_.subset);
+    PassOptions o = options(0, 1);
+    o.r = work_.subset_r.data();
+    o.w = work_.subset_w.data();
+    do_pass(run_, field_, work_.subset, s_.pose, o);
+    const LivePoints& live = work_.subset;
+    std::vector<float> u;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(live.count); ++i) {
+      if (!(work_.subset_w[i] > 0)) continue;
+      const float v = (live.v.empty() ? live.v_all : live.v[i]) + reference_.typical_height;
+      u.push_back(std::abs(work_.subset_r[i]) / std::sqrt(v));
+    }
+    return std::max(1.0, 1.4826 * median_of(u));
+  }
+
   const Run& run_;
-  const Problem& problem_;
+  const Reference& reference_;
+  const SurfelField& field_;
   const IcpOptions& options_;
-  const bool coarse_;
-  PairLimits limits_{};
-  double tolerance_;
-  double gain_ = 1;
-  Vec6 last_ = Vec6::Zero();
+  Workspace& work_;
+  Search& s_;
 };
 
 }  // namespace
 
-Search search(const Run& run, const Problem& problem, const Pose& initial, const IcpOptions& options) {
-  Search s{initial, {}, std::vector<std::int64_t>(problem.rows.size(), -1), 0, false, options.max_distance};
-  const auto enough = [&] { return static_cast<std::int64_t>(s.pairs.size()) >= kMinPairs; };
-  for (const bool coarse : {true, false}) {
-    Stage stage(run, problem, options, coarse);
-    const int end = coarse ? std::max(1, options.max_iterations / 2) : options.max_iterations;
-    for (bool rest = false; !rest && s.iterations < end;) {
-      rest = stage.iterate(s);
-      if (!enough()) return s;
-      s.converged = rest && !coarse;
-    }
-  }
+double median_of(std::vector<float>& v) {
+  if (v.empty()) return 0;
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return static_cast<double>(*middle);
+}
+
+PassOptions finest(const Reference& reference, const IcpOptions& options, double limit) {
+  PassOptions o;
+  o.limit = limit;
+  o.min_cos = std::cos(options.max_angle_deg * kPi / 180);
+  o.signs_unsure = !reference.has_normals;
+  return o;
+}
+
+Search search(const Run& run, const Reference& reference, const Surface& live, const Pose& initial,
+              const Vec3& isocentre, const IcpOptions& options, Workspace& work) {
+  Search s{initial, 0, false, options.max_distance, 1, {}};
+  Searcher searcher(run, reference, options, work, s);
+  if (!searcher.descend()) return s;
+  PassOptions o = finest(reference, options, s.limit);
+  fill_live_noise(run, reference, live, s.pose, o, work);
+  searcher.settle(isocentre);
   return s;
 }
 

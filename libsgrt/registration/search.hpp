@@ -1,26 +1,41 @@
-// The search for the pose: Gauss-Newton steps on a subset of the live points, then refinement on all of them, with new
-// pairs before every step. docs/theory/icp.md section 3.
+// The search for the pose, coarse to fine: steps on a subset of the live points down the levels of the reference, then
+// all points with inlier weights and the refinement. docs/theory/icp.md section 3.
 #pragma once
 
 #include <vector>
 
-#include "registration/correspondences.hpp"
 #include "registration/icp.hpp"
+#include "registration/live.hpp"
+#include "registration/pass.hpp"
 
 namespace sgrt {
 
-constexpr std::int64_t kMinPairs = 6;
+constexpr int kMinPairs = 6;
 
-struct Search {
-  Pose pose;                       // reference_from_live
-  std::vector<Pair> pairs;         // of the last iteration
-  std::vector<std::int64_t> last;  // closest reference points of the last iteration, a row of the problem
-  int iterations = 0;
-  bool converged = false;
-  double limit;  // mm, of the closest points' distance; shrinks with the residuals
+// Buffers of a registration, kept from one live surface to the next.
+struct Workspace {
+  LivePoints live, subset;
+  std::vector<float> r, w, subset_r, subset_w;
+  std::vector<std::int32_t> surfel;
 };
 
-// Ends early, not converged, with fewer than kMinPairs pairs.
-Search search(const Run& run, const Problem& problem, const Pose& initial, const IcpOptions& options);
+struct Search {
+  Pose pose;  // reference_from_live
+  int iterations = 0;
+  bool converged = false;
+  double limit;      // mm, of the residuals
+  double scale = 1;  // of the residuals in expected sigmas, at least 1
+  Sums sums;         // of the last round
+};
+
+// work.live must be there. Fills its variances where the surface carries none, or covariances. Ends early, not
+// converged, with fewer than kMinPairs pairs; work.w holds the weights of the last round.
+Search search(const Run& run, const Reference& reference, const Surface& live, const Pose& initial,
+              const Vec3& isocentre, const IcpOptions& options, Workspace& work);
+
+// Options of a pass over all points at the finest level.
+PassOptions finest(const Reference& reference, const IcpOptions& options, double limit);
+
+double median_of(std::vector<float>& values);  // reorders them; 0 where there is none
 
 }  // namespace sgrt

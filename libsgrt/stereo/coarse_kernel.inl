@@ -1,6 +1,6 @@
 // Zero-mean normalised cross-correlation of every left pixel with every disparity, by running sums: O(1) a pixel and
 // disparity whatever the window. Vectorised over disparities: the right row is reversed, so that they are contiguous.
-#include "stereo/lanes.inl"
+#include "core/lanes.inl"
 
 // out[q] = row[left_width - 1 - q - d_min], 0 outside.
 static void reverse_row(const CoarseBand& b, const float* row, float* out) {

@@ -1,7 +1,7 @@
 // IC-GN of one window along a rectified row: 3 parameters over a given curvature, ZNSSD, quintic B-spline along x.
 // Baker and Matthews (2004); Pan, Li, Tong (2013). docs/theory/stereo.md eq. 6-11. The mean and the gain of the window
 // are projected out of the Jacobian, so [H^-1]_dd is the variance of d with brightness and contrast unknown.
-#include "stereo/lanes.inl"
+#include "core/lanes.inl"
 #include "stereo/spline_lanes.inl"
 
 static inline int inside(const Plane& p, float x, int y) {

@@ -28,7 +28,8 @@ Carried carried_by_all(const std::vector<const Surface*>& surfaces) {
   for (const Surface* s : surfaces) {
     c.variance = c.variance && (s->sigma.size() > 0 || s->covariance.rows() > 0);
     c.covariance = c.covariance && s->covariance.rows() > 0;
-    if (s->modes.size() != c.modes) c.modes = 0;
+    // Mode k must have the same cause in all.
+    if (s->modes.size() != c.modes || s->mode_names != surfaces[0]->mode_names) c.modes = 0;
   }
   return c;
 }
@@ -42,6 +43,7 @@ Surface pick(const Surface& s, const std::vector<std::int64_t>& rows, const Carr
   if (c.variance) out.sigma.resize(n);
   if (c.covariance) out.covariance.resize(n, 6);
   out.modes.assign(c.modes, Points(n, 3));
+  if (c.modes > 0) out.mode_names = s.mode_names;
   out.correlation_points = s.correlation_points;
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int64_t row = rows[static_cast<std::size_t>(i)];

@@ -319,6 +319,81 @@ static void test_bad_arguments(const sgrt_surface* reference) {
   sgrt_surface_free(live);
 }
 
+/* A prepared reference gives the same, from anywhere too, and says before what it can tell. */
+static void test_reference(const sgrt_surface* reference) {
+  sgrt_surface* live = live_of(hill, &kTrue, 1);
+  sgrt_reference* prepared = NULL;
+  sgrt_icp *a = NULL, *b = NULL;
+  sgrt_icp_info one, two;
+  sgrt_icp_options o;
+  int i;
+  CHECK_OK(sgrt_reference_create(NULL, reference, NULL, &prepared));
+  CHECK_OK(sgrt_icp_align(NULL, reference, live, kIso, NULL, NULL, NULL, &a));
+  CHECK_OK(sgrt_reference_align(NULL, prepared, live, kIso, NULL, NULL, &b));
+  if (!a || !b) exit(2);
+  one = summary_of(a), two = summary_of(b);
+  CHECK(!memcmp(one.reference_from_live, two.reference_from_live, sizeof one.reference_from_live));
+  CHECK(one.direction_count == 6 && isnan(one.coarse_score) && one.chi2 > 0.5 && one.chi2 < 2);
+  for (i = 0; i < 6; ++i) {
+    CHECK_NEAR(one.direction_detectable_mm[i], 3.6048 * one.direction_sigma_mm[i], 1e-3 * one.direction_sigma_mm[i]);
+    CHECK(sgrt_icp_text(a, SGRT_ICP_DIRECTION, i)[0] != '\0');
+  }
+  CHECK(sgrt_icp_text(a, SGRT_ICP_DIRECTION, 6) == NULL);
+  for (i = 0; i < 36; ++i) CHECK_NEAR(one.covariance_random[i] + one.covariance_shared[i], one.covariance[i], 1e-12);
+  sgrt_icp_free(a);
+  sgrt_icp_free(b);
+  a = b = NULL;
+  CHECK_OK(sgrt_icp_options_init(&o, sizeof o));
+  o.anywhere = 1;
+  CHECK_OK(sgrt_reference_align(NULL, prepared, live, kIso, NULL, &o, &a));
+  if (!a) exit(2);
+  two = summary_of(a);
+  CHECK(two.coarse_score > 0.5 && two.coarse_runner_up < two.coarse_score);
+  CHECK_NEAR(two.displacement.vrt_mm, kTrue.vrt_mm, 0.03);
+  sgrt_icp_free(a);
+  a = NULL;
+  CHECK_OK(sgrt_reference_predict(NULL, prepared, kIso, 0.05, &a));
+  if (!a) exit(2);
+  two = summary_of(a);
+  CHECK(two.direction_count == 6 && two.sigma_mm[0] > 0 && two.sigma_mm[0] < 1 && isnan(two.displacement.lat_mm));
+  sgrt_icp_free(a);
+  a = CANARY(sgrt_icp);
+  CHECK_INVALID(sgrt_reference_predict(NULL, prepared, kIso, 0, &a), "live_sigma_mm: 0");
+  CHECK_INVALID(sgrt_reference_predict(NULL, NULL, kIso, 1, &a), "reference: NULL");
+  CHECK_INVALID(sgrt_reference_predict(NULL, prepared, NULL, 1, &a), "isocentre_mm: NULL");
+  CHECK_INVALID(sgrt_reference_align(NULL, NULL, live, kIso, NULL, NULL, &a), "reference: NULL");
+  CHECK_INVALID(sgrt_reference_align(NULL, prepared, NULL, kIso, NULL, NULL, &a), "live: NULL");
+  CHECK_INVALID(sgrt_reference_align(NULL, prepared, live, kIso, NULL, NULL, NULL), "result: NULL");
+  o.anywhere = 2;
+  CHECK_INVALID(sgrt_reference_align(NULL, prepared, live, kIso, NULL, &o, &a), "options.anywhere: 2");
+  CHECK(a == CANARY(sgrt_icp));
+  CHECK_INVALID(sgrt_reference_create(NULL, NULL, NULL, &prepared), "surface: NULL");
+  CHECK_INVALID(sgrt_reference_create(NULL, reference, NULL, NULL), "reference: NULL");
+  sgrt_reference_free(prepared);
+  sgrt_reference_free(NULL);
+  sgrt_surface_free(live);
+}
+
+/* Names of error modes come back; one a mode. */
+static void test_mode_names(void) {
+  const double points[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0}, modes[18] = {0};
+  const char *names[2] = {"room/0", ""}, *missing[2] = {"room/0", NULL};
+  sgrt_surface_data data;
+  sgrt_surface* surface = NULL;
+  CHECK_OK(sgrt_surface_data_init(&data, sizeof data));
+  data.points = sgrt_view_of(points, SGRT_F64, 3, 3, 0);
+  data.modes = sgrt_view_of(modes, SGRT_F64, 2, 3, 3);
+  data.mode_names = missing;
+  CHECK_INVALID(sgrt_surface_create(NULL, &data, &surface), "data.mode_names[1]: NULL");
+  data.mode_names = names;
+  CHECK_OK(sgrt_surface_create(NULL, &data, &surface));
+  CHECK(strcmp(sgrt_surface_text(surface, SGRT_SURFACE_MODE_NAME, 0), "room/0") == 0);
+  CHECK(sgrt_surface_text(surface, SGRT_SURFACE_MODE_NAME, 1)[0] == '\0');
+  CHECK(!sgrt_surface_text(surface, SGRT_SURFACE_MODE_NAME, 2) && !sgrt_surface_text(surface, 0, 0));
+  CHECK(!sgrt_surface_text(NULL, SGRT_SURFACE_MODE_NAME, 0) && !sgrt_surface_text(surface, 1, -1));
+  sgrt_surface_free(surface);
+}
+
 int main(void) {
   sgrt_surface* reference = reference_of(hill);
   test_accuracy(reference);
@@ -327,6 +402,8 @@ int main(void) {
   test_degenerate();
   test_no_answer(reference);
   test_bad_arguments(reference);
+  test_reference(reference);
+  test_mode_names();
   sgrt_surface_free(reference);
   return check_result();
 }

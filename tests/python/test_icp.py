@@ -1,6 +1,7 @@
 """Registration through the ABI: the truth comes back, with its uncertainty, and no pose is never a pose."""
 
 import base64
+import pickle
 import struct
 import zlib
 from xml.etree import ElementTree
@@ -77,6 +78,77 @@ def test_a_plane_has_no_answer():
     assert len(found.free_words) == len(found.free_motions) == 3
     assert any("LAT" in words for words in found.free_words)
     assert any("LNG" in words for words in found.free_words)
+
+
+def test_a_prepared_reference(reference, live, result):
+    prepared = sgrt.Reference(reference)
+    for handle in (prepared, pickle.loads(pickle.dumps(prepared))):
+        again = handle.align(live, isocentre_mm=ISOCENTRE)
+        assert again.reference_from_live.tobytes() == result.reference_from_live.tobytes()
+    promise = prepared.predict(isocentre_mm=ISOCENTRE, live_sigma_mm=0.1)
+    assert np.isnan(promise.reference_from_live).all()
+    assert promise.sigma_mm == pytest.approx(result.sigma_mm, rel=0.3)
+    assert "Surface" in repr(prepared)
+
+
+def test_the_certificate(result):
+    assert np.allclose(result.covariance_random + result.covariance_shared, result.covariance, rtol=1e-12)
+    scaled = np.diag([100.0] * 3 + [1.0] * 3)
+    unit = result.directions @ scaled
+    assert np.allclose(np.linalg.norm(unit, axis=1), 1)
+    assert np.allclose((unit.T * result.direction_sigma_mm**2) @ unit, scaled @ result.covariance @ scaled, rtol=1e-6)
+    assert np.allclose(result.detectable_mm, 3.6048 * result.direction_sigma_mm, rtol=1e-3)
+    assert len(result.direction_words) == 6
+    assert 0.8 < result.chi2 < 1.2
+    assert np.isnan(result.coarse_score)
+
+
+def test_regions_are_ranked(reference):
+    """A flat top tells less than the whole body."""
+    sigma = []
+    for half in (60, 100, 170):
+        region = sgrt.Reference(
+            reference, roi=sgrt.Roi.polygon([[-half, -half], [half, -half], [half, half], [-half, half]])
+        )
+        sigma.append(region.predict(isocentre_mm=ISOCENTRE, live_sigma_mm=0.1).direction_sigma_mm[0])
+    assert sigma[0] > sigma[1] > sigma[2]
+
+
+def test_modes_of_one_name_cancel(reference, live):
+    def with_mode(surface, name):
+        mode = np.tile([0.0, 0, 0.5], (len(surface.points), 1))[None]
+        known = {"normals": surface.normals, "sigma_mm": surface.sigma_mm}
+        return sgrt.Surface(surface.points, modes=mode, mode_names=[name], **known)
+
+    base = with_mode(reference, "room/0")
+    assert base.mode_names == ["room/0"]
+    same = sgrt.icp_align(base, with_mode(live, "room/0"), isocentre_mm=ISOCENTRE)
+    other = sgrt.icp_align(base, with_mode(live, "other/0"), isocentre_mm=ISOCENTRE)
+    assert same.sigma_mm[2] < 0.05
+    assert other.sigma_mm[2] == pytest.approx(0.5 * np.sqrt(2), abs=0.05)
+    with pytest.raises(ValueError, match="mode_names"):
+        sgrt.Surface(reference.points, mode_names=["x"])
+
+
+def test_bad_input_is_said(reference, live):
+    with pytest.raises(sgrt.NotFound, match="in metres"):
+        sgrt.icp_align(reference, sgrt.Surface(live.points / 1000), isocentre_mm=ISOCENTRE)
+    with pytest.raises(sgrt.NotFound, match="inside out"):
+        sgrt.icp_align(reference, sgrt.Surface(live.points, normals=-live.normals), isocentre_mm=ISOCENTRE)
+    with pytest.raises(sgrt.InsufficientData):
+        sgrt.icp_align(reference, sgrt.Surface(np.ones((500, 3))), isocentre_mm=ISOCENTRE)
+    far = sgrt.icp_align(reference, live, isocentre_mm=(0, 2500, 0))
+    assert far.verdict == "weak"
+    assert "mm from the surface" in far.verdict_text
+    hole = reference.points[np.linalg.norm(reference.points[:, :2], axis=1) > 100]
+    with pytest.raises(sgrt.InsufficientData, match="within the roi"):
+        sgrt.icp_align(
+            sgrt.Surface(hole), live, isocentre_mm=ISOCENTRE, roi=sgrt.Roi.box((-50, -50, -500), (50, 50, 500))
+        )
+    with pytest.raises(sgrt.InvalidArgument, match="sigma"):
+        sgrt.Surface(live.points, sigma_mm=np.full(len(live.points), np.nan))
+    zero = sgrt.Surface(live.points, covariance=np.zeros((len(live.points), 6)))
+    assert sgrt.icp_align(reference, zero, isocentre_mm=ISOCENTRE).status == "ok"
 
 
 def test_no_overlap(reference):

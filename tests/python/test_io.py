@@ -322,6 +322,10 @@ KEYS = [
     "couch_correction",
     "covariance",
     "observability",
+    "covariance_random",
+    "covariance_shared",
+    "verdict_text",
+    "coarse",
     "rms_mm",
     "inlier_share",
     "iterations",
@@ -339,6 +343,13 @@ def test_registration_is_the_contract(tmp_path, reference, live):
     shifts = ["lat_mm", "lng_mm", "vrt_mm", "pitch_deg", "roll_deg", "rtn_deg", "mag_mm"]
     assert list(document["patient_displacement"]) == list(document["couch_correction"]) == shifts
     assert document["observability"]["free"] == []
+    directions = document["observability"]["detectable"]
+    assert len(directions) == 6
+    for direction in directions:
+        assert len(direction["motion"]) == 6
+        assert direction["detectable_mm"] == pytest.approx(3.605 * direction["sigma_mm"], rel=1e-3)
+        assert direction["words"]
+    assert document["coarse"] is None
     assert np.array_equal(io.read_pose(tmp_path / "r.json"), result.reference_from_live)
 
 

@@ -21,7 +21,8 @@ std::optional<py::array_t<T>> array_of(const py::object& self, int32_t field) {
 
 Surface from_arrays(const ArrayLike& points, const MaybeArray& normals, const MaybeArray& sigma_mm,
                     const MaybeArray& covariance, const MaybeArray& faces, const MaybeArray& modes,
-                    double correlation_points, Context* context) {
+                    double correlation_points, const std::optional<std::vector<std::string>>& mode_names,
+                    Context* context) {
   const InView views[] = {{points, "points", Accept::kFloats},     {normals, "normals", Accept::kFloats},
                           {sigma_mm, "sigma_mm", Accept::kFloats}, {covariance, "covariance", Accept::kFloats},
                           {faces, "faces", Accept::kIndices},      {modes, "modes", Accept::kFloats}};
@@ -33,6 +34,13 @@ Surface from_arrays(const ArrayLike& points, const MaybeArray& normals, const Ma
   data.faces = views[4].view;
   data.modes = views[5].view;
   data.correlation_points = correlation_points;
+  std::vector<const char*> names;
+  if (mode_names) {
+    const auto modes_given = modes ? static_cast<std::size_t>(data.modes.shape[0]) : 0;
+    if (mode_names->size() != modes_given) throw py::value_error("mode_names: expected one a mode");
+    for (const std::string& name : *mode_names) names.push_back(c_text(name, "mode_names"));
+    if (!names.empty()) data.mode_names = names.data();
+  }
   Surface surface;
   run(context, [&](sgrt_context* c) { return sgrt_surface_create(c, &data, out(surface.handle)); });
   return surface;
@@ -130,6 +138,7 @@ py::dict state_of(const py::object& self) {
   py::dict state;
   for (const char* name : kArrays) state[name] = self.attr(name);
   state["correlation_points"] = self.attr("correlation_points");
+  state["mode_names"] = self.attr("mode_names");
   return state;
 }
 
@@ -139,7 +148,8 @@ Surface from_state(const py::dict& state) {
     return value.is_none() ? MaybeArray() : MaybeArray(py::reinterpret_borrow<ArrayLike>(value));
   };
   return from_arrays(*array("points"), array("normals"), array("sigma_mm"), array("covariance"), array("faces"),
-                     array("modes"), state["correlation_points"].cast<double>(), nullptr);
+                     array("modes"), state["correlation_points"].cast<double>(),
+                     state["mode_names"].cast<std::optional<std::vector<std::string>>>(), nullptr);
 }
 
 constexpr const char* kSurfaceDoc =
@@ -150,7 +160,7 @@ normals: like points, unit, outward (towards the sensor). A mesh without them ge
 sigma_mm: N or H x W, one sigma along the normal, > 0.
 covariance: N x 6 or H x W x 6, xx xy xz yy yz zz, mm2, positive semi-definite.
 faces: M x 3 int32, counter-clockwise seen from outside; only with N x 3 points.
-modes: K x N x 3 or K x H x W x 3, K <= 8, shared error modes, mm at one sigma.
+modes: K x N x 3 or K x H x W x 3, K <= 8, shared error modes, mm at one sigma. mode_names: of their causes.
 correlation_points: how many neighbouring points share one noise sample; 1: independent points.
 
 Floats are float32 or float64 with any strides; they are copied once, into float64. The array properties are read-only
@@ -221,7 +231,7 @@ void register_surface(py::module_& m) {
       .def(py::init(&from_arrays), py::arg("points"), py::kw_only(), py::arg("normals") = py::none(),
            py::arg("sigma_mm") = py::none(), py::arg("covariance") = py::none(), py::arg("faces") = py::none(),
            py::arg("modes") = py::none(), py::arg("correlation_points") = data.correlation_points,
-           py::arg("context") = py::none())
+           py::arg("mode_names") = py::none(), py::arg("context") = py::none())
       .def_static("from_height_field", &from_height_field, py::arg("z_mm"), py::kw_only(), py::arg("origin_mm"),
                   py::arg("spacing_mm"), py::arg("context") = py::none(), kHeightFieldDoc)
       .def("estimate_normals", &estimate_normals, py::kw_only(), py::arg("neighbours") = normals.neighbours,
@@ -252,6 +262,20 @@ C: sgrt_surface_move)")
       .def_property_readonly(
           "modes", [](const py::object& self) { return array_of<double>(self, SGRT_SURFACE_MODES); },
           "K x N x 3 or K x H x W x 3: shared error modes, mm at one sigma; or None.")
+      .def_property_readonly(
+          "mode_names",
+          [](const Surface& self) -> std::optional<std::vector<std::string>> {
+            std::vector<std::string> names;
+            bool any = false;
+            for (int32_t k = 0; const char* name = sgrt_surface_text(self.handle.get(), SGRT_SURFACE_MODE_NAME, k);
+                 ++k) {
+              any = any || name[0] != '\0';
+              names.emplace_back(name);
+            }
+            if (!any) return std::nullopt;
+            return names;
+          },
+          "K names of the causes of the modes; equal names of two surfaces mean one cause; or None.")
       .def_property_readonly(
           "correlation_points", [](const Surface& s) { return info_of(s).correlation_points; },
           "How many neighbouring points share one noise sample.")

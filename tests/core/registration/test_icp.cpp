@@ -65,17 +65,17 @@ TEST(Icp, FindsWhatWasMoved) {
   const PatientDisplacement d = displacement_of(s.D.inverse(), kIso);
   EXPECT_NEAR(r.displacement.lat_mm, d.lat_mm, 0.005);
   EXPECT_NEAR(r.displacement.rtn_deg, d.rtn_deg, 0.003);
-  EXPECT_GT(r.inlier_share, 0.98);
+  EXPECT_GT(r.inlier_share, 0.95);
   EXPECT_EQ(r.pair_count, std::count(r.inlier.begin(), r.inlier.end(), 1));
 }
 
-TEST(Icp, TheSamePointsComeBackToTheLastDigits) {
+TEST(Icp, TheSamePointsComeBackWithinTheSmoothing) {
   Scene s = scene(torso, 3000, 0, 15, 3, 2);
   s.live = moved(s.reference, s.D);
   const IcpResult r = run(s);
   ASSERT_EQ(r.status, Status::kOk) << r.message;
-  EXPECT_LT(error_mm(r, s.D), 1e-6);
-  EXPECT_LT(error_deg(r, s.D), 1e-7);
+  EXPECT_LT(error_mm(r, s.D), 0.01);
+  EXPECT_LT(error_deg(r, s.D), 0.002);
 }
 
 TEST(Icp, NoiseOfATorso) {
@@ -86,8 +86,8 @@ TEST(Icp, NoiseOfATorso) {
     EXPECT_EQ(r.verdict_words, "ok");
     EXPECT_LT(error_mm(r, s.D), 0.08);
     EXPECT_LT(error_deg(r, s.D), 0.03);
-    EXPECT_NEAR(r.rms, 0.3 * std::sqrt(2),
-                0.03);  // the closest point is the better one of its neighbours: a little less
+    EXPECT_GT(r.rms, 0.3);  // the live noise and what smoothing leaves of the reference's
+    EXPECT_LT(r.rms, 0.34);
   }
 }
 
@@ -96,11 +96,11 @@ TEST(Icp, TheIsocentreIsWhereTheShiftIsToldNotWhereItIsFound) {
   const IcpResult near = run(s);
   const IcpResult far = align(kSilent, s.reference, s.live, Vec3(500, 0, 0), nullptr, {}, {});
   ASSERT_EQ(far.status, Status::kOk) << far.message;
-  EXPECT_EQ(far.reference_from_live.t, near.reference_from_live.t);
+  EXPECT_LT((far.reference_from_live.t - near.reference_from_live.t).norm(), 1e-6);
   EXPECT_GT(far.covariance(5, 5), 2 * near.covariance(5, 5));
   // D_true = D exp(delta): the covariance at one isocentre follows from that at another.
   const Mat6 shift = adjoint(Pose{Mat3::Identity(), kIso - Vec3(500, 0, 0)});
-  EXPECT_LT((shift * near.covariance * shift.transpose() - far.covariance).norm(), 1e-9 * far.covariance.norm());
+  EXPECT_LT((shift * near.covariance * shift.transpose() - far.covariance).norm(), 1e-6 * far.covariance.norm());
 }
 
 TEST(Icp, InitialGuessBeyondTheCaptureRange) {
@@ -211,10 +211,9 @@ TEST(Icp, DistanceMapAtThePose) {
   const IcpResult r = run(s);
   ASSERT_EQ(r.status, Status::kOk) << r.message;
   const Eigen::VectorXd map = signed_distance(kSilent, s.reference, s.live, r.reference_from_live, DistanceOptions{40});
-  for (std::int64_t i = 0; i < map.size(); ++i) {
-    EXPECT_TRUE(map[i] == r.distance[i] || (std::isnan(map[i]) && std::isnan(r.distance[i])));
-  }
-  EXPECT_GT((map.array() == map.array()).count(), 3900);
+  const Eigen::ArrayXd apart = (map - r.distance).array().abs();
+  EXPECT_GT((apart == apart).count(), 3850);
+  EXPECT_LT(std::sqrt((apart == apart).select(apart, 0).square().sum() / 4000), 0.08);
   EXPECT_LT(std::sqrt(r.distance.array().isNaN().select(0, r.distance).squaredNorm() / 4000), 0.15);
 }
 
@@ -227,9 +226,9 @@ TEST(Icp, StatusesWithoutAPose) {
     t = s;
     t.reference.points.conservativeResize(n, 3);
     t.reference.sigma.conservativeResize(n);
-    expect_no_pose(run(t), Status::kInsufficientData, std::to_string(n) + " points");
+    expect_no_pose(run(t), Status::kInsufficientData, " has " + std::to_string(n) + " usable points");
     std::swap(t.reference, t.live);
-    expect_no_pose(run(t), Status::kInsufficientData, std::to_string(n) + " points");
+    expect_no_pose(run(t), Status::kInsufficientData, " has " + std::to_string(n) + " usable points");
   }
   t = s;
   t.reference.points.rowwise() = t.reference.points.row(0).eval();
@@ -261,10 +260,63 @@ TEST(Icp, NormalsAreTakenAsGivenOrEstimated) {
   EXPECT_EQ(run(s).status, Status::kNotFound);
 }
 
+TEST(Icp, FromThirtyMillimetresAndTwentyDegrees) {
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    const Scene s = scene(torso, 4000, 0.2, 30, 20, 200 + seed);
+    const IcpResult r = run(s);
+    ASSERT_EQ(r.status, Status::kOk) << seed << ": " << r.message;
+    EXPECT_LT(error_mm(r, s.D), 0.2) << seed;
+  }
+}
+
+TEST(Icp, APreparedReferenceGivesTheSame) {
+  const Scene s = scene(torso, 4000, 0.2, 10, 2, 30);
+  const auto reference = prepare_reference(kSilent, s.reference, nullptr);
+  const IcpResult a = run(s), b = align(kSilent, *reference, s.live, kIso, Pose{}, {});
+  EXPECT_EQ(a.reference_from_live.t, b.reference_from_live.t);
+  EXPECT_EQ(a.covariance, b.covariance);
+}
+
+TEST(Icp, InsideOutAndMetresAreSaid) {
+  Scene s = scene(torso, 4000, 0.2, 5, 1, 31);
+  s.reference = estimate_normals(kSilent, s.reference, {});
+  s.live = estimate_normals(kSilent, s.live, {});
+  Scene t = s;
+  t.live.normals *= -1;
+  expect_no_pose(run(t), Status::kNotFound, "inside out");
+  t = s;
+  t.live.points /= 1000;
+  expect_no_pose(run(t), Status::kNotFound, "is the live one in metres?");
+  t = s;
+  t.reference.points /= 1000;
+  expect_no_pose(run(t), Status::kNotFound, "is the reference in metres?");
+  t.live.points /= 1000;
+  expect_no_pose(run(t), Status::kNotFound, "are they in metres?");
+}
+
+TEST(Icp, AMirroredSurfaceIsNeverOk) {
+  Scene s = scene(torso, 4000, 0.2, 5, 1, 32);
+  s.live.points.col(0) *= -1;
+  IcpOptions anywhere;
+  anywhere.anywhere = true;
+  for (const IcpOptions& o : {IcpOptions{}, anywhere}) {
+    const IcpResult r = run(s, o);
+    EXPECT_FALSE(r.status == Status::kOk && r.verdict == Verdict::kOk) << r.verdict_words;
+  }
+}
+
+TEST(Icp, AnIsocentreTwoMetresAwayIsWeak) {
+  const Scene s = scene(torso, 4000, 0.2, 5, 1, 33);
+  const IcpResult r = align(kSilent, s.reference, s.live, Vec3(0, 2200, 0), nullptr, {}, {});
+  ASSERT_EQ(r.status, Status::kOk) << r.message;
+  EXPECT_EQ(r.verdict, Verdict::kWeak);
+  EXPECT_NE(r.verdict_words.find("mm from the surface: 0.1 deg there is"), std::string::npos) << r.verdict_words;
+}
+
 TEST(Icp, SameBitsAtAnyNumberOfThreads) {
   const Scene s = scene(torso, 6000, 0.3, 15, 3, 18);
   const IcpResult one = run(s);
-  for (const int threads : {2, 3, 4, 8}) {
+  for (const int threads : {2, 3, 4, 8, 16}) {
     ThreadPool pool(threads);
     sgrt::Run many;
     many.pool = &pool;

@@ -1,4 +1,4 @@
-// The refinement's Jacobian against central differences, and its minimum against a known motion.
+// The square root of the normal equations against the dense residuals it stands for, and the step against its minimum.
 #include "registration/refine.hpp"
 
 #include "scenes.hpp"
@@ -8,52 +8,60 @@ namespace {
 
 using namespace test;
 
-std::vector<Pair> random_pairs(int n, const Pose& motion, Draw& draw) {
-  std::vector<Pair> pairs(static_cast<std::size_t>(n));
-  for (Pair& p : pairs) {
-    p.y = 100 * draw.vec3();
-    p.n = draw.direction();
-    p.q = motion * p.y;
-    p.weight = draw.uniform(0.1, 1);
-    p.live_variance = draw.uniform(0.01, 1);
-    p.reference_variance = draw.uniform(0.01, 1);
+struct Dense {
+  Eigen::MatrixXd J;
+  Eigen::VectorXd r;
+};
+
+// Random planes and points about the centre; residuals of a motion by `twist` about it.
+Dense random_rows(int n, const Vec6& twist, Draw& draw) {
+  Dense d{Eigen::MatrixXd(n, 6), Eigen::VectorXd(n)};
+  for (int i = 0; i < n; ++i) {
+    const Vec3 x = 100 * draw.vec3(), m = draw.direction();
+    d.J.row(i) << x.cross(m).transpose(), m.transpose();
+    d.r[i] = -d.J.row(i).dot(twist) + 0.01 * gauss(draw);
   }
-  return pairs;
+  return d;
 }
 
-TEST(Refine, JacobianAgainstCentralDifferences) {
+Sums sums_of(const Dense& d) {
+  Sums s;
+  s.A = d.J.transpose() * d.J;
+  s.g = d.J.transpose() * d.r;
+  s.cost = d.r.squaredNorm();
+  return s;
+}
+
+TEST(Refine, SevenResidualsStandForAll) {
   Draw draw(1);
-  const Vec3 pivot(10, -20, 30);
-  const std::vector<Pair> pairs = random_pairs(20, displacement(5, 5, pivot, draw), draw);
-  const PlaneCost cost(pairs, pivot);
-  for (const double turn : {0.0, 1e-6, 1e-3, 0.5, 2.5}) {
+  const Dense d = random_rows(50, Vec6::Constant(0.01), draw);
+  const Sums s = sums_of(d);
+  SquareRoot root;
+  ASSERT_TRUE(square_root(s.A, s.g, s.cost, root));
+  for (int i = 0; i < 5; ++i) {
     Vec6 x;
-    x << turn * draw.direction(), 10 * draw.vec3();
-    Eigen::VectorXd r(20), plus(20), minus(20);
-    Eigen::MatrixXd J(20, 6);
-    ASSERT_TRUE(cost(x.data(), r.data(), J.data()));
-    for (int k = 0; k < 6; ++k) {
-      const double h = k < 3 ? 1e-5 : 1e-3;
-      Vec6 a = x, b = x;
-      a[k] += h;
-      b[k] -= h;
-      cost(a.data(), plus.data(), nullptr);
-      cost(b.data(), minus.data(), nullptr);
-      const Eigen::VectorXd numeric = (plus - minus) / (2 * h);
-      EXPECT_LT((numeric - J.col(k)).norm(), 1e-7 * (1 + J.col(k).norm())) << "parameter " << k << " turn " << turn;
-    }
+    x << 0.01 * draw.vec3(), draw.vec3();
+    EXPECT_NEAR((root.f + root.J * x).squaredNorm(), (d.r + d.J * x).squaredNorm(), 1e-9 * s.cost);
   }
+  EXPECT_LT((root.J.transpose() * root.J - s.A).norm(), 1e-12 * s.A.norm());
 }
 
-TEST(Refine, FindsTheMotion) {
+TEST(Refine, StepIsThatOfDenseLeastSquaresWhereverTheIsocentreLies) {
   Draw draw(2);
-  const Vec3 pivot(300, 0, -100);
-  for (int i = 0; i < 20; ++i) {
-    const Pose truth = displacement(20, 20, pivot, draw);
-    const Pose found = motion_about(refine(random_pairs(50, truth, draw), pivot), pivot);
-    EXPECT_LT((found.R - truth.R).norm(), 1e-8);
-    EXPECT_LT((found.t - truth.t).norm(), 1e-6);
+  const Dense d = random_rows(200, Vec6::Constant(0.02), draw);
+  const Vec6 expected = d.J.colPivHouseholderQr().solve(-d.r);
+  for (const Vec3& iso : {Vec3(0, 0, 0), Vec3(300, -20, 50), Vec3(0, 2000, 0)}) {
+    const Vec6 step = refine(sums_of(d), Vec3::Zero(), iso, 100);
+    EXPECT_LT((step - expected).norm(), 1e-6 * expected.norm());
   }
+  EXPECT_LT((step_of(sums_of(d), 100) - expected).norm(), 1e-9);
+}
+
+TEST(Refine, SingularSumsAreNoSquareRoot) {
+  Sums s;
+  SquareRoot root;
+  EXPECT_FALSE(square_root(s.A, s.g, 0, root));
+  EXPECT_EQ(refine(s, Vec3::Zero(), Vec3::Zero(), 100), Vec6::Zero());
 }
 
 }  // namespace

@@ -28,13 +28,7 @@ ROWS = (
 
 
 def _initial(word: str) -> NDArray[np.float64] | None:
-    if word == "identity":
-        return None
-    if word == "none":
-        raise Failure(
-            "--initial none: this version needs a start; give identity or the file of an earlier registration"
-        )
-    return read_pose(word)
+    return None if word in ("identity", "none") else read_pose(word)
 
 
 def _read(
@@ -116,8 +110,9 @@ def _align(
 @click.option(
     "--initial",
     default="identity",
-    metavar="identity|FILE",
-    help='The start: identity, or a registration result or {"reference_from_live": 4x4}; default: identity.',
+    metavar="identity|none|FILE",
+    help='The start: identity; none: assume nothing about it; or a registration result or {"reference_from_live": 4x4}.'
+    " Default: identity.",
 )
 @click.option(
     "--couch-angle",
@@ -168,6 +163,8 @@ def command(
         if deform == "none":
             raise Failure("--map: needs --deform")
         check_out(map_file)
+    if deform != "none" and initial == "none":
+        raise Failure("--initial none: not with --deform; register without it first and give its result as the start")
     ms = 0.0
     try:
         start = _initial(initial)
@@ -183,6 +180,7 @@ def command(
                     deform,
                     isocentre_mm=isocentre_mm,
                     initial_reference_from_live=start,
+                    **({"anywhere": True} if initial == "none" else {}),
                 )
             finally:
                 ms = watch.ms()

@@ -37,6 +37,17 @@ def _free(result: Icp | Deform | None) -> list[dict[str, Any]]:
     return [{"motion": None, "words": words} for words in result.free_words] if result else []
 
 
+def _directions(result: Icp | Deform | None) -> list[dict[str, Any]]:
+    """The covariance's principal directions, the least certain first, each with its smallest detectable shift."""
+    if not isinstance(result, Icp):
+        return []
+    rows = zip(result.directions, result.direction_words, result.direction_sigma_mm, result.detectable_mm, strict=True)
+    return [
+        {"motion": motion, "words": words, "sigma_mm": sigma, "detectable_mm": smallest}
+        for motion, words, sigma, smallest in rows
+    ]
+
+
 def registration_document(
     result: Icp | Deform | None,
     *,
@@ -63,8 +74,14 @@ def registration_document(
             "free": _free(result),
             "sigma_mm": result.sigma_mm if result else np.full(3, _NAN),
             "sigma_deg": result.sigma_deg if result else np.full(3, _NAN),
-            "detectable": None,
+            "detectable": _directions(result),
         },
+        "covariance_random": result.covariance_random if isinstance(result, Icp) else np.full((6, 6), _NAN),
+        "covariance_shared": result.covariance_shared if isinstance(result, Icp) else np.full((6, 6), _NAN),
+        "verdict_text": result.verdict_text if result else None,
+        "coarse": {"score": result.coarse_score, "runner_up": result.coarse_runner_up}
+        if isinstance(result, Icp) and not np.isnan(result.coarse_score)
+        else None,
         "rms_mm": result.rms_mm if result else _NAN,
         "inlier_share": result.inlier_share if result else _NAN,
         "iterations": result.iterations if isinstance(result, Icp) else 0,
