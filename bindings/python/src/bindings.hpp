@@ -226,6 +226,7 @@ void register_frame(py::module_& m);
 void register_rig(py::module_& m);
 void register_stereo(py::module_& m);
 void register_icp(py::module_& m);
+void register_calibration(py::module_& m);
 
 }  // namespace sgrt_py
 

@@ -12,4 +12,5 @@ PYBIND11_MODULE(_core, m) {
   register_rig(m);
   register_stereo(m);
   register_icp(m);
+  register_calibration(m);
 }
