@@ -15,7 +15,8 @@ void check_board(const Board& board) {
   side("board.columns", board.columns);
   side("board.rows", board.rows);
   if (!(board.spacing_mm > 0 && board.spacing_mm <= 1000))
-    fail(Status::kInvalidArgument, "board.spacing_mm: " + text_of(board.spacing_mm) + ", expected more than 0, at most 1000 mm");
+    fail(Status::kInvalidArgument,
+         "board.spacing_mm: " + text_of(board.spacing_mm) + ", expected more than 0, at most 1000 mm");
 }
 
 Points board_points(const Board& board) {

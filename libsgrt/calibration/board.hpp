@@ -16,7 +16,7 @@ enum class BoardKind { kChessboard = 1, kCircles = 2 };
 struct Board {
   BoardKind kind = BoardKind::kChessboard;
   int columns = 0, rows = 0;  // inner corners; circles a row, and rows
-  double spacing_mm = 0;      // side of a square; of circles: half the distance of neighbours in a row, as OpenCV has it
+  double spacing_mm = 0;  // side of a square; of circles: half the distance of neighbours in a row, as OpenCV has it
 };
 
 // Throws kInvalidArgument: sides below 3 or above 100, spacing not positive.
@@ -30,10 +30,10 @@ bool half_turn_ambiguous(const Board& board);
 
 struct Detection {
   bool found = false;
-  std::string why;                // where it was not found: what was seen
-  std::vector<int> index;         // of the points found, in the board's order
+  std::string why;         // where it was not found: what was seen
+  std::vector<int> index;  // of the points found, in the board's order
   std::vector<Vec2> pixel;
-  std::vector<double> sigma_px;   // of each coordinate, from the image's noise
+  std::vector<double> sigma_px;  // of each coordinate, from the image's noise
   int seen_columns = 0, seen_rows = 0;
 };
 

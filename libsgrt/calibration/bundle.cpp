@@ -318,8 +318,7 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& information) {
   const Eigen::VectorXd d = information.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LLT<Eigen::MatrixXd> factor(d.asDiagonal() * information * d.asDiagonal());
   if (!d.allFinite() || factor.info() != Eigen::Success) return Eigen::MatrixXd::Constant(n, n, kNaN);
-  const Eigen::MatrixXd inverse =
-      d.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * d.asDiagonal();
+  const Eigen::MatrixXd inverse = d.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * d.asDiagonal();
   return (inverse + inverse.transpose()) / 2;
 }
 

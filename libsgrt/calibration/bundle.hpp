@@ -1,7 +1,7 @@
-// Joint least squares of all cameras, all board placements and the board's warp (bundle adjustment), Levenberg-Marquardt
-// with the placements eliminated by the Schur complement. Triggs et al., "Bundle adjustment - a modern synthesis" (2000);
-// Lourakis and Argyros (2009). Not Ceres: the covariance needs these very normal equations, and Debian's Ceres brings
-// copyleft parts into the library's needs. docs/theory/calibration.md eq. 4-9.
+// Joint least squares of all cameras, all board placements and the board's warp (bundle adjustment),
+// Levenberg-Marquardt with the placements eliminated by the Schur complement. Triggs et al., "Bundle adjustment - a
+// modern synthesis" (2000); Lourakis and Argyros (2009). Not Ceres: the covariance needs these very normal equations,
+// and Debian's Ceres brings copyleft parts into the library's needs. docs/theory/calibration.md eq. 4-9.
 #pragma once
 
 #include <array>
@@ -74,10 +74,11 @@ struct Solution {
 // Improves the scene. Throws kDegenerate where a point of weight > 0 cannot be projected to begin with.
 Solution solve(const Run& run, const Bundle& bundle, Scene& scene, int max_iterations);
 
-// The information matrix of cameras and warp, placements eliminated, at the scene (unit: 1 over the noise squared is in it).
-// with_priors: false leaves the data alone to speak.
+// The information matrix of cameras and warp, placements eliminated, at the scene (unit: 1 over the noise squared is in
+// it). with_priors: false leaves the data alone to speak.
 Eigen::MatrixXd information_of(const Bundle& bundle, const Scene& scene, bool with_priors);
-// Its inverse, by a Cholesky factor of the matrix scaled to a unit diagonal; NaN everywhere where it is not positive definite.
+// Its inverse, by a Cholesky factor of the matrix scaled to a unit diagonal; NaN everywhere where it is not positive
+// definite.
 Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& information);
 
 }  // namespace sgrt

@@ -102,9 +102,10 @@ void list_outliers(CalibrationResult& r) {
         r.discarded.push_back({view.camera, view.placement, view.index[i], residuals[i].norm(), "outlier"});
     }
   }
-  r.bundle.views.erase(std::remove_if(r.bundle.views.begin(), r.bundle.views.end(),
-                                      [](const View& v) { return *std::max_element(v.weight.begin(), v.weight.end()) == 0; }),
-                       r.bundle.views.end());
+  r.bundle.views.erase(
+      std::remove_if(r.bundle.views.begin(), r.bundle.views.end(),
+                     [](const View& v) { return *std::max_element(v.weight.begin(), v.weight.end()) == 0; }),
+      r.bundle.views.end());
 }
 
 void check_views(const CalibrationData& data, const CalibrationOptions& options, const CalibrationResult& r) {
@@ -174,7 +175,8 @@ CalibrationResult calibrate_once(const Run& run, const CalibrationData& data, co
 CalibrationData half_of(const CalibrationData& data, int which) {
   std::vector<std::size_t> order(data.placements.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return data.placements[a] < data.placements[b]; });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return data.placements[a] < data.placements[b]; });
   std::vector<bool> kept(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) kept[order[i]] = static_cast<int>(i % 2) == which;
   CalibrationData half = data;

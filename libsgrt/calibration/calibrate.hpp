@@ -34,9 +34,9 @@ struct CalibrationData {
 struct CalibrationOptions {
   int distortion_count = 5;  // 0 pinhole, 5 brown5, 8 rational8
   int max_iterations = 100;
-  int min_views = 3;             // of each camera
-  double outlier_sigma = 6;      // a corner further off than this is an outlier
-  double warp_sigma_mm = 0;      // of the board's warp over its half; 0: 1 % of the half size; negative: a flat board
+  int min_views = 3;         // of each camera
+  double outlier_sigma = 6;  // a corner further off than this is an outlier
+  double warp_sigma_mm = 0;  // of the board's warp over its half; 0: 1 % of the half size; negative: a flat board
   bool split_half = true;
   std::string rig_id = "calibrated rig";
 };
@@ -50,20 +50,22 @@ struct Discarded {
 
 struct CameraFigures {
   int views = 0, corners = 0;
-  double rms = 0, rms_all = 0;             // px a point (OpenCV's figure); of the corners that count, of all
-  double coverage = 0;                     // share of the image's cells (8 x 6) with a corner
-  double tilt_min_deg = 0, tilt_max_deg = 0, tilt_spread_deg = 0;  // of the board's normal against the line of sight; between views
-  double distance_min = 0, distance_max = 0;                        // mm
+  double rms = 0, rms_all = 0;  // px a point (OpenCV's figure); of the corners that count, of all
+  double coverage = 0;          // share of the image's cells (8 x 6) with a corner
+  double tilt_min_deg = 0, tilt_max_deg = 0,
+         tilt_spread_deg = 0;                 // of the board's normal against the line of sight; between views
+  double distance_min = 0, distance_max = 0;  // mm
   double pattern = 0;  // square of the residuals' mean in cells of the image over what noise leaves there: 1 is right
-  // One sigma of the projection over a grid of the image, a matrix a distance, px a coordinate, the camera's own place and direction
-  // fitted to the covered part (eq. 15).
+  // One sigma of the projection over a grid of the image, a matrix a distance, px a coordinate, the camera's own place
+  // and direction fitted to the covered part (eq. 15).
   std::vector<double> map_distances, map_x, map_y;
   std::vector<Eigen::MatrixXd> map_sigma;
   double projection_sigma_centre = 0, projection_sigma_worst = 0;
   double split_rms = 0, split_predicted = 0;  // px over the covered part; NaN where not tried
 };
 
-// A point that a pair triangulates in the middle of its left camera's view: one sigma along the room's axes, calibration and noise.
+// A point that a pair triangulates in the middle of its left camera's view: one sigma along the room's axes,
+// calibration and noise.
 struct VolumeFigures {
   std::string pair;
   double distance = 0;
@@ -83,7 +85,7 @@ struct CalibrationResult {
   std::vector<CameraFigures> cameras;
   std::vector<VolumeFigures> volume;
   std::vector<std::string> warnings;
-  double noise = 0;            // px a coordinate, corrected for degrees of freedom
+  double noise = 0;             // px a coordinate, corrected for degrees of freedom
   double rms = 0, rms_all = 0;  // px a point, all cameras
   int iterations = 0;
 };

@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Of all poses that single views give, the one that explains all views of the placement best; half turns as the board allows.
+// Of all poses that single views give, the one that explains all views of the placement best; half turns as the board
+// allows.
 void start_placements(const CalibrationData& data, Bundle& bundle, Scene& scene, std::vector<Discarded>& discarded) {
   std::map<int, std::vector<View*>> placements;
   for (View& view : bundle.views) placements[view.placement].push_back(&view);
@@ -37,7 +38,8 @@ void start_placements(const CalibrationData& data, Bundle& bundle, Scene& scene,
       if (!pose) continue;
       scene.room_from_target[placement] = camera.camera_from_room.inverse() * *pose;
       double sum = 0;
-      for (const View* view : views) sum += std::min({badness(*view), half.empty() ? 1e9 : badness(renamed(*view, half)), 1e3});
+      for (const View* view : views)
+        sum += std::min({badness(*view), half.empty() ? 1e9 : badness(renamed(*view, half)), 1e3});
       if (sum >= best) continue;
       best = sum;
       chosen = scene.room_from_target[placement];
@@ -53,11 +55,13 @@ void start_placements(const CalibrationData& data, Bundle& bundle, Scene& scene,
       }
     }
   }
-  bundle.views.erase(std::remove_if(bundle.views.begin(), bundle.views.end(), [](const View& v) { return v.weight.empty(); }),
-                     bundle.views.end());
+  bundle.views.erase(
+      std::remove_if(bundle.views.begin(), bundle.views.end(), [](const View& v) { return v.weight.empty(); }),
+      bundle.views.end());
 }
 
-// eq. 23: what the rig's noise and modes leave after each placement's pose is fitted, a sum over both coordinates of all corners.
+// eq. 23: what the rig's noise and modes leave after each placement's pose is fitted, a sum over both coordinates of
+// all corners.
 double expected_square(const Rig& rig, const Bundle& bundle, const Scene& scene) {
   std::map<int, std::vector<const View*>> placements;
   for (const View& view : bundle.views) placements[view.placement].push_back(&view);
@@ -94,28 +98,31 @@ CheckResult check_once(const Run& run, const Rig& rig, const CalibrationData& da
     index.push_back(camera_index(rig, camera.id));
     const Camera& own = rig.cameras[index.back()];
     if (own.width != camera.width || own.height != camera.height)
-      fail(Status::kInvalidArgument, "camera " + in_quotes(camera.id) + ": images of " + std::to_string(camera.width) + " x " +
-                                         std::to_string(camera.height) + ", the rig states " + std::to_string(own.width) + " x " +
-                                         std::to_string(own.height));
+      fail(Status::kInvalidArgument, "camera " + in_quotes(camera.id) + ": images of " + std::to_string(camera.width) +
+                                         " x " + std::to_string(camera.height) + ", the rig states " +
+                                         std::to_string(own.width) + " x " + std::to_string(own.height));
     r.cameras.push_back(camera.id);
   }
   r.bundle.target = make_target(data.points);
   r.bundle.views = views_of(data, r.discarded);
   for (View& view : r.bundle.views) view.camera = index[view.camera];
   r.bundle.hold_cameras = true;
-  r.bundle.warp_sigma = options.warp_sigma_mm != 0 ? std::max(options.warp_sigma_mm, 0.0) : kWarpShare * r.bundle.target.half_size;
+  r.bundle.warp_sigma =
+      options.warp_sigma_mm != 0 ? std::max(options.warp_sigma_mm, 0.0) : kWarpShare * r.bundle.target.half_size;
   r.bundle.priors.resize(rig.cameras.size());
   r.scene.cameras = rig.cameras;
   r.scene.room_from_target.resize(data.placements.size());
   start_placements(data, r.bundle, r.scene, r.discarded);
   if (r.bundle.views.empty()) fail(Status::kInsufficientData, "images: none in which the board can be used");
-  // Held cameras may contradict the images: then the corners are not outliers, the rig is wrong. So no corner is left out.
+  // Held cameras may contradict the images: then the corners are not outliers, the rig is wrong. So no corner is left
+  // out.
   solve(run, r.bundle, r.scene, options.max_iterations);
   r.noise = noise_of(r.bundle, r.scene);
   r.rms = r.rms_all = rms_of(r.bundle, r.scene, -1, true);
   double corners = 0;
   for (const View& view : r.bundle.views) corners += static_cast<double>(view.index.size());
-  r.expected_rms = rig.uncertainty.residual_px > 0 ? std::sqrt(expected_square(rig, r.bundle, r.scene) / corners) : kNaN;
+  r.expected_rms =
+      rig.uncertainty.residual_px > 0 ? std::sqrt(expected_square(rig, r.bundle, r.scene) / corners) : kNaN;
   for (int c : index) {
     CameraFigures f;
     for (const View& view : r.bundle.views) {
@@ -128,7 +135,8 @@ CheckResult check_once(const Run& run, const Rig& rig, const CalibrationData& da
   }
   if (r.rms > kWorse * r.expected_rms)
     r.warnings.push_back("RMS " + rounded(r.rms, 3) + " px on these images, the rig's own uncertainty lets expect " +
-                         rounded(r.expected_rms, 3) + " px: the rig is not as it was calibrated, or the board is another one");
+                         rounded(r.expected_rms, 3) +
+                         " px: the rig is not as it was calibrated, or the board is another one");
   return r;
 }
 

@@ -9,14 +9,15 @@ namespace sgrt {
 struct CheckResult {
   Status status = Status::kOk;
   std::string message;
-  std::vector<std::string> cameras;   // ids, as the data has them
+  std::vector<std::string> cameras;    // ids, as the data has them
   std::vector<CameraFigures> figures;  // views, corners, rms and rms_all; the others 0
   std::vector<Discarded> discarded;
   std::vector<std::string> warnings;
   Bundle bundle;
   Scene scene;
   double noise = 0, rms = 0, rms_all = 0;
-  double expected_rms = 0;  // px a point: the rig's own noise and its calibration's uncertainty (eq. 23); NaN where not stated
+  double expected_rms =
+      0;  // px a point: the rig's own noise and its calibration's uncertainty (eq. 23); NaN where not stated
 };
 
 // Cameras of `data` are found in the rig by id; their sizes must agree.

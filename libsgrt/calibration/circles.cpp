@@ -1,5 +1,5 @@
-// The asymmetric grid, see calibration/circles.hpp: it is a square lattice turned by 45 degrees, so a lattice grown from a disc and two
-// of its neighbours is the grid when its cells, put back, are the grid's own.
+// The asymmetric grid, see calibration/circles.hpp: it is a square lattice turned by 45 degrees, so a lattice grown
+// from a disc and two of its neighbours is the grid when its cells, put back, are the grid's own.
 #include "calibration/circles.hpp"
 
 #include <algorithm>
@@ -17,13 +17,15 @@ Cell diagonal_cell(int column, int row) {
   return {(x + y) / 2, (y - x) / 2};
 }
 
-// The eight ways to lay axes on a square lattice; only those that keep the handedness of an image are boards seen from the front.
+// The eight ways to lay axes on a square lattice; only those that keep the handedness of an image are boards seen from
+// the front.
 Cell laid(const Cell& c, int way) {
   static constexpr int kWays[4][4] = {{1, 0, 0, 1}, {0, -1, 1, 0}, {-1, 0, 0, -1}, {0, 1, -1, 0}};
   return {kWays[way][0] * c.first + kWays[way][1] * c.second, kWays[way][2] * c.first + kWays[way][3] * c.second};
 }
 
-// For each circle of the board the disc at its cell; empty unless every cell of the lattice is one of the board's and all are there.
+// For each circle of the board the disc at its cell; empty unless every cell of the lattice is one of the board's and
+// all are there.
 std::vector<int> matched(const Board& board, const Lattice& lattice, int way) {
   Lattice wanted;
   for (int j = 0; j < board.rows; ++j) {
@@ -77,7 +79,9 @@ bool try_lattice(const Board& board, const std::vector<Disc>& discs, const Latti
     const std::vector<int> found = matched(board, lattice, way);
     if (found.empty()) continue;
     // Of the two ways that a half turn may leave, the one whose rows run to the right of the image.
-    const auto along = [&](const std::vector<int>& n) { return discs[n[board.columns - 1]].at.x() - discs[n[0]].at.x(); };
+    const auto along = [&](const std::vector<int>& n) {
+      return discs[n[board.columns - 1]].at.x() - discs[n[0]].at.x();
+    };
     if (names.empty() || along(found) > along(names)) names = found;
   }
   if (names.empty()) return false;
@@ -101,8 +105,8 @@ Detection detect_circles(const Run& run, const Board& board, const Image& image)
   d.seen_columns = d.seen_rows = 0;
   std::vector<Disc> discs = find_discs(image);
   const auto wanted = static_cast<std::size_t>(board.columns) * board.rows;
-  d.why = "saw " + std::to_string(discs.size()) + " dark discs, but no whole grid of " + std::to_string(board.columns) + " x " +
-          std::to_string(board.rows) + " circles";
+  d.why = "saw " + std::to_string(discs.size()) + " dark discs, but no whole grid of " + std::to_string(board.columns) +
+          " x " + std::to_string(board.rows) + " circles";
   if (discs.size() < wanted || discs.size() > kMostDiscs) return d;
   std::vector<Vec2> points;
   for (const Disc& disc : discs) points.push_back(disc.at);
@@ -110,12 +114,14 @@ Detection detect_circles(const Run& run, const Board& board, const Image& image)
   for (const Vec2& p : points) middle += p / static_cast<double>(points.size());
   std::vector<int> order(points.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return (points[a] - middle).norm() < (points[b] - middle).norm(); });
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return (points[a] - middle).norm() < (points[b] - middle).norm(); });
   for (std::size_t s = 0; s < std::min(kMostSeeds, order.size()); ++s) {
     run.poll(static_cast<double>(s) / kMostSeeds, "find the board");
     const int seed = order[s];
     std::vector<int> near = order;
-    std::sort(near.begin(), near.end(), [&](int a, int b) { return (points[a] - points[seed]).norm() < (points[b] - points[seed]).norm(); });
+    std::sort(near.begin(), near.end(),
+              [&](int a, int b) { return (points[a] - points[seed]).norm() < (points[b] - points[seed]).norm(); });
     for (std::size_t i = 1; i < std::min(kNear, near.size()); ++i) {
       for (std::size_t j = 1; j < std::min(kNear, near.size()); ++j) {
         const Vec2 a = points[near[i]] - points[seed], b = points[near[j]] - points[seed];

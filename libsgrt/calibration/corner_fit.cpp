@@ -1,5 +1,6 @@
-// The sub-pixel corner, see calibration/saddle.hpp: two blurred edges that cross, on light that may have a slope, fitted to
-// the pixels themselves; so blur, skew and uneven light do not pull the corner. docs/theory/calibration.md eq. 18.
+// The sub-pixel corner, see calibration/saddle.hpp: two blurred edges that cross, on light that may have a slope,
+// fitted to the pixels themselves; so blur, skew and uneven light do not pull the corner. docs/theory/calibration.md
+// eq. 18.
 #include <cmath>
 
 #include "calibration/saddle.hpp"
@@ -36,8 +37,10 @@ double model_at(const Unknowns& p, const Vec2& from, Unknowns* J) {
 
 Sums sums_of(const Image& image, const Vec2& middle, double radius, const Unknowns& p, bool with_gram) {
   Sums s;
-  const int x0 = static_cast<int>(std::ceil(middle.x() - radius)), x1 = static_cast<int>(std::floor(middle.x() + radius));
-  const int y0 = static_cast<int>(std::ceil(middle.y() - radius)), y1 = static_cast<int>(std::floor(middle.y() + radius));
+  const int x0 = static_cast<int>(std::ceil(middle.x() - radius)),
+            x1 = static_cast<int>(std::floor(middle.x() + radius));
+  const int y0 = static_cast<int>(std::ceil(middle.y() - radius)),
+            y1 = static_cast<int>(std::floor(middle.y() + radius));
   Unknowns J;
   for (int y = y0; y <= y1; ++y) {
     for (int x = x0; x <= x1; ++x) {
@@ -57,7 +60,8 @@ Sums sums_of(const Image& image, const Vec2& middle, double radius, const Unknow
 
 }  // namespace
 
-std::optional<FittedCorner> fit_corner(const Image& image, const Vec2& start, double angle1, double angle2, double radius) {
+std::optional<FittedCorner> fit_corner(const Image& image, const Vec2& start, double angle1, double angle2,
+                                       double radius) {
   constexpr int kIterations = 30;
   constexpr double kEnough = 1e-4, kLeastContrast = 2, kLeastAngle = 0.2;
   if (!(start.x() - radius >= 0 && start.y() - radius >= 0 && start.x() + radius <= image.width - 1 &&
@@ -90,7 +94,8 @@ std::optional<FittedCorner> fit_corner(const Image& image, const Vec2& start, do
     if (step.head<2>().norm() < kEnough) break;
   }
   const double turn = std::abs(std::sin(p(2) - p(3)));
-  if (!(p.head<2>().norm() < 0.5 * radius && std::abs(p(8)) > kLeastContrast && turn > kLeastAngle)) return std::nullopt;
+  if (!(p.head<2>().norm() < 0.5 * radius && std::abs(p(8)) > kLeastContrast && turn > kLeastAngle))
+    return std::nullopt;
   const double variance = sums.square / std::max(1, sums.count - kSize);
   if (variance > 0.25 * p(8) * p(8)) return std::nullopt;  // half of the contrast is something else
   const Gram C = sums.A.inverse() * variance;

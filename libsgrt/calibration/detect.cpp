@@ -1,8 +1,9 @@
-// Finding a chessboard, see calibration/board.hpp: corners at one scale of the image after the other, the lattice they form, the
-// board's own order, and each corner fitted to the full image.
+// Finding a chessboard, see calibration/board.hpp: corners at one scale of the image after the other, the lattice they
+// form, the board's own order, and each corner fitted to the full image.
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "calibration/board.hpp"
 #include "calibration/circles.hpp"
@@ -75,7 +76,8 @@ Ordered turned(const Ordered& o) {
 bool first_is_dark(const Ordered& o, const std::vector<Saddle>& saddles) {
   int dark = 0;
   for (const auto& [cell, index] : o.lattice) {
-    const auto right = o.lattice.find({cell.first + 1, cell.second}), down = o.lattice.find({cell.first, cell.second + 1});
+    const auto right = o.lattice.find({cell.first + 1, cell.second}),
+               down = o.lattice.find({cell.first, cell.second + 1});
     if (right == o.lattice.end() || down == o.lattice.end()) continue;
     const Saddle& s = saddles[index];
     const Vec2 diagonal = saddles[right->second].at + saddles[down->second].at - 2 * s.at;
@@ -88,7 +90,8 @@ bool first_is_dark(const Ordered& o, const std::vector<Saddle>& saddles) {
   return dark > 0;
 }
 
-// In the board's own order: columns along its longer agreement, and the dark square first. Empty: the size is another one.
+// In the board's own order: columns along its longer agreement, and the dark square first. Empty: the size is another
+// one.
 Ordered as_board(const Board& board, Ordered o, const std::vector<Saddle>& saddles) {
   if (o.columns != board.columns || o.rows != board.rows) o = turned(o);
   if (o.columns != board.columns || o.rows != board.rows) return {};
@@ -133,9 +136,10 @@ Found find_at(const Board& board, const Image& image, double radius) {
   Found found;
   found.saddles = find_saddles(smoothed(image), radius, kMostSaddles);
   const auto enough = static_cast<std::size_t>(4 * board.columns * board.rows);
-  const Lattice lattice = grow_chessboard(found.saddles, enough);
+  const auto at = [&](int i) { return found.saddles[i].at; };
+  const Lattice lattice = trimmed(grow_chessboard(found.saddles, enough));
   if (lattice.size() < 9) return found;
-  const Ordered o = normalised(lattice, [&](int i) { return found.saddles[i].at; });
+  const Ordered o = normalised(lattice, at);
   found.columns = std::max(o.columns, o.rows);
   found.rows = std::min(o.columns, o.rows);
   found.board = as_board(board, o, found.saddles);
@@ -143,32 +147,108 @@ Found find_at(const Board& board, const Image& image, double radius) {
   return found;
 }
 
-// Fits every corner of the board to the full image; `scale`: pixels of the full image a pixel of the level.
+// A corner of the board in the full image, from where it should be and a corner like it.
+std::optional<Saddle> fitted(const Image& image, const Vec2& near, const Saddle& like, double space, double& sigma_px) {
+  constexpr double kReach = 0.42, kLeast = 2.5, kMost = 16, kFaint = 0.25;
+  const double radius = std::clamp(kReach * space, kLeast, kMost);
+  const auto corner = fit_corner(image, near, like.angle[0], like.angle[1], radius);
+  if (!corner || 2 * corner->contrast < kFaint * like.strength) return std::nullopt;
+  sigma_px = corner->sigma_px;
+  return Saddle{corner->at, {like.angle[0], like.angle[1]}, like.strength};
+}
+
+// The neighbour nearest to a cell's place, and its distance.
+const Saddle* neighbour_of(const Lattice& lattice, const std::vector<Saddle>& saddles, const Cell& cell, const Vec2& at,
+                           double& space) {
+  const Saddle* best = nullptr;
+  space = std::numeric_limits<double>::infinity();
+  for (const Cell& n : {Cell{cell.first + 1, cell.second}, Cell{cell.first - 1, cell.second},
+                        Cell{cell.first, cell.second + 1}, Cell{cell.first, cell.second - 1}}) {
+    const auto other = lattice.find(n);
+    if (other == lattice.end() || (saddles[other->second].at - at).norm() >= space) continue;
+    best = &saddles[other->second];
+    space = (best->at - at).norm();
+  }
+  return best;
+}
+
+// Whether corners follow beyond an outer line: then the board is a larger one, of which this is a part.
+bool goes_on(const Board& board, const Image& image, const Lattice& lattice, const std::vector<Saddle>& corners,
+             Detection& d) {
+  constexpr double kNear = 0.2, kStrong = 2;  // of a step; times what fitted() asks of the contrast
+  const auto at = [&](int i) { return corners[static_cast<std::size_t>(i)].at; };
+  const auto there = [&](const Cell& cell) {
+    const Vec2 expected = predicted(lattice, cell, at);
+    double space, sigma = 0;
+    const Saddle* beside = expected.allFinite() ? neighbour_of(lattice, corners, cell, expected, space) : nullptr;
+    if (!beside) return false;
+    const Saddle like{expected, {beside->angle[1], beside->angle[0]}, kStrong * beside->strength};
+    const auto corner = fitted(image, expected, like, space, sigma);
+    return corner && (corner->at - expected).norm() < kNear * space;
+  };
+  bool more = false;
+  const auto side = [&](bool column, int line, int length, int& seen) {
+    int count = 0;
+    for (int i = 0; i < length; ++i) count += there(column ? Cell{line, i} : Cell{i, line});
+    if (2 * count < length) return;
+    more = true;
+    ++seen;
+  };
+  int columns = board.columns, rows = board.rows;
+  side(true, -1, board.rows, columns);
+  side(true, board.columns, board.rows, columns);
+  side(false, -1, board.columns, rows);
+  side(false, board.rows, board.columns, rows);
+  if (!more) return false;
+  d.seen_columns = columns;
+  d.seen_rows = rows;
+  return true;
+}
+
+// Fits every corner of the board to the full image; `scale`: pixels of the full image a pixel of the level. Those that
+// no candidate stood for are looked for where their neighbours expect them, row after row.
 void fit_board(const Board& board, const Image& image, const Found& found, double scale, Detection& d) {
-  constexpr double kReach = 0.42, kLeast = 2.5, kMost = 16;
-  const auto at = [&](int i) { return found.saddles[i].at; };
-  for (int j = 0; j < board.rows; ++j) {
-    for (int i = 0; i < board.columns; ++i) {
-      const Lattice& lattice = found.board.lattice;
-      const auto here = lattice.find({i, j});
-      const Vec2 near = here != lattice.end() ? at(here->second) : predicted(lattice, {i, j}, at);
-      if (!near.allFinite()) continue;
-      double space = 1e9;
-      const Saddle* like = here != lattice.end() ? &found.saddles[here->second] : nullptr;
-      for (const Cell& n : {Cell{i + 1, j}, Cell{i - 1, j}, Cell{i, j + 1}, Cell{i, j - 1}}) {
-        const auto other = lattice.find(n);
-        if (other == lattice.end()) continue;
-        space = std::min(space, (at(other->second) - near).norm());
-        if (!like) like = &found.saddles[other->second];  // its edges in the other order: the contrast's sign is fitted
+  constexpr int kPasses = 4;
+  constexpr double kNear = 0.3;
+  std::vector<Saddle> corners;
+  std::vector<double> sigmas;
+  Lattice lattice;
+  const auto keep = [&](const Cell& cell, const std::optional<Saddle>& corner, double sigma) {
+    if (!corner) return;
+    lattice[cell] = static_cast<int>(corners.size());
+    corners.push_back(*corner);
+    sigmas.push_back(sigma);
+  };
+  for (const auto& [cell, index] : found.board.lattice) {
+    double space, sigma = 0;
+    const Saddle& here = found.saddles[index];
+    if (!neighbour_of(found.board.lattice, found.saddles, cell, here.at, space)) continue;
+    const auto corner = fitted(image, (here.at.array() + 0.5) * scale - 0.5, here, space * scale, sigma);
+    keep(cell, corner, sigma);
+  }
+  const auto at = [&](int i) { return corners[i].at; };
+  lattice = cleaned(lattice, at);
+  for (int pass = 0; pass < kPasses; ++pass) {
+    for (int j = 0; j < board.rows; ++j) {
+      for (int i = 0; i < board.columns; ++i) {
+        const Vec2 expected =
+            lattice.count({i, j}) ? Vec2(Vec2::Constant(std::nan(""))) : predicted(lattice, {i, j}, at);
+        if (!expected.allFinite()) continue;
+        double space, sigma = 0;
+        const Saddle* beside = neighbour_of(lattice, corners, {i, j}, expected, space);
+        if (!beside) continue;
+        const Saddle like{expected, {beside->angle[1], beside->angle[0]}, beside->strength};
+        const auto corner = fitted(image, expected, like, space, sigma);
+        if (corner && (corner->at - expected).norm() < kNear * space) keep({i, j}, corner, sigma);
       }
-      if (!like) continue;
-      const double radius = std::clamp(kReach * space * scale, kLeast, kMost);
-      const auto corner = fit_corner(image, (near.array() + 0.5) * scale - 0.5, like->angle[0], like->angle[1], radius);
-      if (!corner) continue;
-      d.index.push_back(j * board.columns + i);
-      d.pixel.push_back(corner->at);
-      d.sigma_px.push_back(corner->sigma_px);
     }
+  }
+  lattice = cleaned(lattice, at);
+  if (goes_on(board, image, lattice, corners, d)) return;
+  for (const auto& [cell, index] : lattice) {
+    d.index.push_back(cell.second * board.columns + cell.first);
+    d.pixel.push_back(corners[index].at);
+    d.sigma_px.push_back(sigmas[index]);
   }
 }
 

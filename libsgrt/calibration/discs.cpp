@@ -1,5 +1,5 @@
-// Dark discs, see calibration/circles.hpp: pixels darker than their surroundings, joined; kept where area and second moments are
-// those of one ellipse; the centre from the darkness itself, so that it is as fine as the noise allows.
+// Dark discs, see calibration/circles.hpp: pixels darker than their surroundings, joined; kept where area and second
+// moments are those of one ellipse; the centre from the darkness itself, so that it is as fine as the noise allows.
 #include <algorithm>
 #include <cmath>
 
@@ -94,8 +94,10 @@ bool refine(const Image& image, Disc& disc) {
   double spread = std::sqrt(disc.moments.trace()) * 2 * kGround;
   for (int round = 0; round < 3; ++round) {
     const Eigen::Matrix2d metric = (4 * disc.moments).inverse();
-    const int x0 = static_cast<int>(std::floor(disc.at.x() - spread)), x1 = static_cast<int>(std::ceil(disc.at.x() + spread));
-    const int y0 = static_cast<int>(std::floor(disc.at.y() - spread)), y1 = static_cast<int>(std::ceil(disc.at.y() + spread));
+    const int x0 = static_cast<int>(std::floor(disc.at.x() - spread)),
+              x1 = static_cast<int>(std::ceil(disc.at.x() + spread));
+    const int y0 = static_cast<int>(std::floor(disc.at.y() - spread)),
+              y1 = static_cast<int>(std::ceil(disc.at.y() + spread));
     if (x0 < 0 || y0 < 0 || x1 >= image.width || y1 >= image.height) return false;
     std::vector<float> ground;
     const auto each = [&](auto&& use) {

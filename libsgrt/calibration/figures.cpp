@@ -108,7 +108,8 @@ Field field_of(const CalibrationResult& r, int c, const std::vector<double>& dis
   Eigen::MatrixXd held = field.by_pose;
   for (double distance : distances) {
     for (int i = 0; i < kMapAcross * kMapDown; ++i) {
-      const Vec2 pixel(i % kMapAcross * (camera.width - 1.0) / (kMapAcross - 1), i / kMapAcross * (camera.height - 1.0) / (kMapDown - 1));
+      const Vec2 pixel(i % kMapAcross * (camera.width - 1.0) / (kMapAcross - 1),
+                       i / kMapAcross * (camera.height - 1.0) / (kMapDown - 1));
       const auto row = 2 * static_cast<Eigen::Index>(field.points.size());
       const Vec3 x = distance * undistort(camera, pixel).homogeneous();
       Vec2 p;
@@ -201,11 +202,14 @@ void describe_cameras(const CalibrationData& data, CalibrationResult& r) {
     f.rms = rms_of(r.bundle, r.scene, c, false);
     f.rms_all = rms_of(r.bundle, r.scene, c, true);
     for (const View& view : r.bundle.views) {
-      if (view.camera == c) f.corners += static_cast<int>(std::count_if(view.weight.begin(), view.weight.end(), [](double w) { return w > 0; }));
+      if (view.camera == c)
+        f.corners +=
+            static_cast<int>(std::count_if(view.weight.begin(), view.weight.end(), [](double w) { return w > 0; }));
     }
     const double middle = describe_placements(r, c, f);
     const std::vector<bool> covered = coverage_of(r, c);
-    f.coverage = static_cast<double>(std::count(covered.begin(), covered.end(), true)) / static_cast<double>(covered.size());
+    f.coverage =
+        static_cast<double>(std::count(covered.begin(), covered.end(), true)) / static_cast<double>(covered.size());
     f.pattern = pattern_of(r, c);
     set_map(r, c, {f.distance_min, middle, f.distance_max}, f);
     warn_of(data, c, f.pattern, r);

@@ -1,5 +1,5 @@
-// What a calibration says about itself beside its RMS: coverage, tilt, distances, projection uncertainty, patterns in the
-// residuals, and the comparison of two halves of the images. docs/theory/calibration.md, "Validation".
+// What a calibration says about itself beside its RMS: coverage, tilt, distances, projection uncertainty, patterns in
+// the residuals, and the comparison of two halves of the images. docs/theory/calibration.md, "Validation".
 #pragma once
 
 #include "calibration/calibrate.hpp"
@@ -14,7 +14,8 @@ std::vector<bool> coverage_of(const CalibrationResult& result, int camera);
 // Fills result.cameras and result.volume, and adds warnings.
 void describe_cameras(const CalibrationData& data, CalibrationResult& result);
 
-// Difference of two calibrations of the same cameras over the covered cells, and what their covariances predict (eq. 16).
+// Difference of two calibrations of the same cameras over the covered cells, and what their covariances predict (eq.
+// 16).
 void compare_halves(const CalibrationResult& a, const CalibrationResult& b, CalibrationResult& result);
 
 }  // namespace sgrt

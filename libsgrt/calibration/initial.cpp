@@ -55,7 +55,8 @@ Pose refine_pose(const Target& target, const Camera& camera, const View& view, P
   return scene.room_from_target[0];
 }
 
-// The other pose that a plane seen from afar allows: its normal mirrored in the line of sight (Schweighofer and Pinz 2006).
+// The other pose that a plane seen from afar allows: its normal mirrored in the line of sight (Schweighofer and Pinz
+// 2006).
 Pose mirrored(const Pose& pose, const Vec2& centre) {
   const Vec3 middle = pose * Vec3(centre.x(), centre.y(), 0), sight = middle.normalized(), normal = pose.R.col(2);
   const Vec3 wanted = 2 * sight * sight.dot(normal) - normal;

@@ -13,7 +13,8 @@ namespace sgrt {
 // degenerate set.
 std::optional<Mat3> homography_of(const Target& target, const View& view);
 
-// The pose of a flat target: of both that a plane allows, the one with the smaller residuals. Nothing where there is none.
+// The pose of a flat target: of both that a plane allows, the one with the smaller residuals. Nothing where there is
+// none.
 std::optional<Pose> plane_pose(const Target& target, const Camera& camera, const View& view);
 
 // The focal length, px, that explains the views best with square pixels and the principal point in the middle.

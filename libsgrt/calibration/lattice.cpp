@@ -1,8 +1,10 @@
 // Growing a lattice, see calibration/lattice.hpp.
 #include "calibration/lattice.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
+#include <iterator>
 #include <limits>
 
 namespace sgrt {
@@ -43,11 +45,13 @@ class ChessGrower {
  public:
   explicit ChessGrower(const std::vector<Saddle>& saddles) : saddles_(saddles), used_(saddles.size(), false) {}
 
-  Lattice grow(int seed, std::size_t enough) {
-    Lattice lattice{{{0, 0}, seed}};
+  Lattice grow(Lattice lattice, std::size_t enough) {
     std::vector<bool> taken(saddles_.size(), false);
-    taken[seed] = true;
-    std::deque<Cell> todo{{0, 0}};
+    std::deque<Cell> todo;
+    for (const auto& [cell, index] : lattice) {
+      taken[index] = true;
+      todo.push_back(cell);
+    }
     while (!todo.empty() && lattice.size() < enough) {
       const Cell cell = todo.front();
       todo.pop_front();
@@ -69,7 +73,7 @@ class ChessGrower {
  private:
   // The corner one step from a cell, or -1.
   int neighbour(const Lattice& lattice, const Cell& cell, const Cell& d, const std::vector<bool>& taken) const {
-    constexpr double kNear = 0.35, kAngle = 0.3, kLook = 0.25;
+    constexpr double kNear = 0.3, kAngle = 0.3, kLook = 0.25, kFaint = 0.3;
     const Saddle& from = saddles_[lattice.at(cell)];
     const int parity = (cell.first + cell.second) & 1, edge = d.first != 0 ? parity : 1 - parity;
     const Vec2 step = step_at(lattice, cell, d, [&](int i) { return saddles_[i].at; });
@@ -78,7 +82,7 @@ class ChessGrower {
     int best = -1;
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < saddles_.size(); ++i) {
-      if (taken[i]) continue;
+      if (taken[i] || saddles_[i].strength < kFaint * from.strength) continue;
       const Vec2 to = saddles_[i].at - from.at;
       double distance;
       if (step.allFinite()) {
@@ -88,7 +92,9 @@ class ChessGrower {
         distance = to.norm();
         if (distance >= nearest || to.dot(ray) < std::cos(kLook) * distance) continue;
       }
-      if (distance >= nearest || off_edge(saddles_[i].angle[1 - edge], to) > kAngle || off_edge(from.angle[edge], to) > kAngle) continue;
+      if (distance >= nearest || off_edge(saddles_[i].angle[1 - edge], to) > kAngle ||
+          off_edge(from.angle[edge], to) > kAngle)
+        continue;
       nearest = distance;
       best = static_cast<int>(i);
     }
@@ -98,6 +104,27 @@ class ChessGrower {
   const std::vector<Saddle>& saddles_;
   std::vector<bool> used_;
 };
+
+// The middle of what the steps in the four directions expect: the median of each coordinate, so that one wrong
+// neighbour does not decide. step: their mean length. NaN where none tells.
+Vec2 expected_at(const Lattice& lattice, const Cell& cell, const std::function<Vec2(int)>& at, double& step) {
+  std::vector<double> x, y;
+  step = 0;
+  for (const Cell& d : kSteps) {
+    const auto one = lattice.find(minus(cell, d)), two = lattice.find(minus(minus(cell, d), d));
+    if (one == lattice.end() || two == lattice.end()) continue;
+    const Vec2 p = 2 * at(one->second) - at(two->second);
+    step += (at(one->second) - at(two->second)).norm();
+    x.push_back(p.x());
+    y.push_back(p.y());
+  }
+  if (x.empty()) return {kNaN, kNaN};
+  step /= static_cast<double>(x.size());
+  std::sort(x.begin(), x.end());
+  std::sort(y.begin(), y.end());
+  const std::size_t n = x.size();
+  return {(x[n / 2] + x[(n - 1) / 2]) / 2, (y[n / 2] + y[(n - 1) / 2]) / 2};
+}
 
 }  // namespace
 
@@ -113,15 +140,47 @@ Extent extent_of(const Lattice& lattice) {
   return {i0, j0, i1 - i0 + 1, j1 - j0 + 1};
 }
 
+Lattice trimmed(const Lattice& lattice) {
+  Lattice out = lattice;
+  while (!out.empty()) {
+    const Extent e = extent_of(out);
+    struct Line {
+      bool column;
+      int at, length;
+    };
+    const Line lines[] = {{true, e.i0, e.rows},
+                          {true, e.i0 + e.columns - 1, e.rows},
+                          {false, e.j0, e.columns},
+                          {false, e.j0 + e.rows - 1, e.columns}};
+    const auto on = [](const Line& l, const Cell& c) { return (l.column ? c.first : c.second) == l.at; };
+    const Line* emptiest = nullptr;
+    double least = 0.5;
+    for (const Line& line : lines) {
+      const auto count = std::count_if(out.begin(), out.end(), [&](const auto& item) { return on(line, item.first); });
+      const double share = static_cast<double>(count) / line.length;
+      if (share >= least) continue;
+      least = share;
+      emptiest = &line;
+    }
+    if (!emptiest) break;
+    const Line line = *emptiest;
+    for (auto item = out.begin(); item != out.end();) item = on(line, item->first) ? out.erase(item) : std::next(item);
+  }
+  return out;
+}
+
 Lattice grow_chessboard(const std::vector<Saddle>& saddles, std::size_t enough) {
   ChessGrower grower(saddles);
   Lattice best;
   for (std::size_t seed = 0; seed < saddles.size(); ++seed) {
     if (grower.used(static_cast<int>(seed))) continue;
-    Lattice lattice = grower.grow(static_cast<int>(seed), enough);
+    Lattice lattice = grower.grow({{{0, 0}, static_cast<int>(seed)}}, enough);
     if (lattice.size() > best.size()) best = std::move(lattice);
   }
-  return best;
+  // A wrong corner keeps the right one out: without the wrong ones it grows again.
+  const auto at = [&](int i) { return saddles[static_cast<std::size_t>(i)].at; };
+  best = cleaned(best, at);
+  return cleaned(grower.grow(best, enough), at);
 }
 
 Lattice grow_points(const std::vector<Vec2>& points, int seed, const Vec2& a, const Vec2& b, std::size_t most) {
@@ -158,15 +217,29 @@ Lattice grow_points(const std::vector<Vec2>& points, int seed, const Vec2& a, co
 }
 
 Vec2 predicted(const Lattice& lattice, const Cell& cell, const std::function<Vec2(int)>& at) {
-  Vec2 sum = Vec2::Zero();
-  int count = 0;
-  for (const Cell& d : kSteps) {
-    const auto one = lattice.find(minus(cell, d)), two = lattice.find(minus(minus(cell, d), d));
-    if (one == lattice.end() || two == lattice.end()) continue;
-    sum += 2 * at(one->second) - at(two->second);
-    ++count;
+  double step;
+  return expected_at(lattice, cell, at, step);
+}
+
+Lattice cleaned(const Lattice& lattice, const std::function<Vec2(int)>& at) {
+  constexpr double kFar = 0.25;  // of a step
+  Lattice out = lattice;
+  for (;;) {
+    Cell worst{};
+    double most = kFar;
+    for (const auto& [cell, index] : out) {
+      double step;
+      const Vec2 expected = expected_at(out, cell, at, step);
+      const double off = (at(index) - expected).norm() / step;
+      // Nothing along either axis tells where it should be: as bad as can be.
+      const double offence = expected.allFinite() ? off : 1e9;
+      if (offence <= most) continue;
+      most = offence;
+      worst = cell;
+    }
+    if (most <= kFar) return out;
+    out.erase(worst);
   }
-  return count > 0 ? Vec2(sum / count) : Vec2(kNaN, kNaN);
 }
 
 }  // namespace sgrt

@@ -97,14 +97,18 @@ Json camera_of(const CalibrationResult& r, int c) {
   Json layers = Json::array();
   for (const Eigen::MatrixXd& layer : f.map_sigma) layers.push_back(rows_of(layer));
   map["sigma_px"] = std::move(layers);
-  json["projection_sigma_px"] = {{"middle", number(f.projection_sigma_centre)}, {"worst", number(f.projection_sigma_worst)}};
+  json["projection_sigma_px"] = {{"middle", number(f.projection_sigma_centre)},
+                                 {"worst", number(f.projection_sigma_worst)}};
   json["projection_map"] = std::move(map);
   json["split_half"] = {{"difference_px", number(f.split_rms)}, {"predicted_px", number(f.split_predicted)}};
   return json;
 }
 
 Json fit_of(const RoomFit& f) {
-  Json json = {{"name", f.name}, {"points", f.points}, {"sights", f.sights}, {"rms_px", number(f.rms_px)},
+  Json json = {{"name", f.name},
+               {"points", f.points},
+               {"sights", f.sights},
+               {"rms_px", number(f.rms_px)},
                {"point_rms_mm", number(f.point_rms_mm)}};
   json["rig_from_room"] = rows_of(f.rig_from_room.matrix());
   json["covariance"] = rows_of(f.covariance);
@@ -113,8 +117,9 @@ Json fit_of(const RoomFit& f) {
   json["sigma_mm"] = {std::sqrt(d(3)), std::sqrt(d(4)), std::sqrt(d(5))};
   // Where the phantom stands in a rig that is in the room already: its displacement from where it should be.
   const PatientDisplacement p = displacement_of(f.rig_from_room.inverse(), Vec3::Zero());
-  json["phantom_displacement"] = {{"lat_mm", p.lat_mm}, {"lng_mm", p.lng_mm}, {"vrt_mm", p.vrt_mm}, {"pitch_deg", p.pitch_deg},
-                                  {"roll_deg", p.roll_deg}, {"rtn_deg", p.rtn_deg}, {"mag_mm", p.mag_mm}};
+  json["phantom_displacement"] = {{"lat_mm", p.lat_mm},       {"lng_mm", p.lng_mm},     {"vrt_mm", p.vrt_mm},
+                                  {"pitch_deg", p.pitch_deg}, {"roll_deg", p.roll_deg}, {"rtn_deg", p.rtn_deg},
+                                  {"mag_mm", p.mag_mm}};
   return json;
 }
 
@@ -142,7 +147,9 @@ std::string report_json(const CalibrationData& data, const CalibrationResult& r)
   json["sigma"] = std::move(sigmas);
   json["volume"] = Json::array();
   for (const VolumeFigures& v : r.volume)
-    json["volume"].push_back({{"pair", v.pair}, {"distance_mm", v.distance}, {"point_sigma_mm", {number(v.sigma.x()), number(v.sigma.y()), number(v.sigma.z())}}});
+    json["volume"].push_back({{"pair", v.pair},
+                              {"distance_mm", v.distance},
+                              {"point_sigma_mm", {number(v.sigma.x()), number(v.sigma.y()), number(v.sigma.z())}}});
   json["discarded"] = discarded_of(data, r.discarded);
   json["warnings"] = r.warnings;
   return json_text(json, "report");

@@ -7,7 +7,7 @@
 namespace sgrt {
 namespace {
 
-constexpr double kSmallestNoise = 1e-5;  // px: below it rounding speaks, not the images
+constexpr double kSmallestNoise = 1e-5;                 // px: below it rounding speaks, not the images
 constexpr double kMedianOfLength = 1.1774100225154747;  // of a normal 2-vector of unit sigma: sqrt(2 ln 2)
 
 // Lengths of the residuals in relative sigmas, a list a view.

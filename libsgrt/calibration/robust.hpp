@@ -10,7 +10,8 @@ struct Robust {
   int iterations = 0;
   bool converged = false;
 };
-// Sets the views' weights to 0 or 1 and bundle.noise to the corners' noise. At most `rounds` solves with Cauchy weights.
+// Sets the views' weights to 0 or 1 and bundle.noise to the corners' noise. At most `rounds` solves with Cauchy
+// weights.
 Robust solve_robustly(const Run& run, Bundle& bundle, Scene& scene, const CalibrationOptions& options);
 
 // One sigma of a corner's coordinate, px: from the residuals that count, corrected for the parameters spent (eq. 13).

@@ -23,7 +23,8 @@ struct RigSight {
   bool used = true;
 };
 
-// A point from all cameras of the rig that see it: the place nearest to the rays, then by its pixels. NaN below two cameras.
+// A point from all cameras of the rig that see it: the place nearest to the rays, then by its pixels. NaN below two
+// cameras.
 Vec3 triangulated(const Rig& rig, const std::vector<RigSight>& sights, int point) {
   Mat3 A = Mat3::Zero();
   Vec3 a = Vec3::Zero();
@@ -81,13 +82,13 @@ struct Equations {
   Mat6 A = Mat6::Zero();
   Vec6 a = Vec6::Zero();
   Eigen::Matrix<double, 6, Eigen::Dynamic> by_modes;  // J^T W dpixel of each mode
-  double square = 0;                                    // of the weighted residuals
+  double square = 0;                                  // of the weighted residuals
   int rows = 0;
 };
 
 // eq. 25: rig_from_room moved by exp(e) on its left; W from the pixels' noise and the phantom's own tolerance.
-Equations equations_of(const Rig& rig, const Points& phantom, const std::vector<RigSight>& sights, const Pose& pose, double noise_px,
-                       double point_sigma) {
+Equations equations_of(const Rig& rig, const Points& phantom, const std::vector<RigSight>& sights, const Pose& pose,
+                       double noise_px, double point_sigma) {
   Equations q;
   q.by_modes = Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, rig.uncertainty.modes.cols());
   for (const RigSight& s : sights) {
@@ -95,10 +96,12 @@ Equations equations_of(const Rig& rig, const Points& phantom, const std::vector<
     const Vec3 x = pose * Vec3(phantom.row(s.point));
     Mat23 by_point;
     const Vec2 pixel = project(rig.cameras[s.camera], x, &by_point);
-    if (!pixel.allFinite()) fail(Status::kNotFound, "point " + std::to_string(s.point) + " of the phantom lies outside what the cameras see");
+    if (!pixel.allFinite())
+      fail(Status::kNotFound, "point " + std::to_string(s.point) + " of the phantom lies outside what the cameras see");
     Eigen::Matrix<double, 2, 6> J;
     J << -by_point * skew(x), by_point;
-    const Eigen::Matrix2d variance = noise_px * noise_px * Eigen::Matrix2d::Identity() + point_sigma * point_sigma * by_point * by_point.transpose();
+    const Eigen::Matrix2d variance =
+        noise_px * noise_px * Eigen::Matrix2d::Identity() + point_sigma * point_sigma * by_point * by_point.transpose();
     const Eigen::Matrix2d W = variance.inverse();
     const Vec2 r = s.pixel - pixel;
     q.A += J.transpose() * W * J;
@@ -110,7 +113,8 @@ Equations equations_of(const Rig& rig, const Points& phantom, const std::vector<
   return q;
 }
 
-Pose refined(const Rig& rig, const Points& phantom, const std::vector<RigSight>& sights, Pose pose, double noise_px, double point_sigma) {
+Pose refined(const Rig& rig, const Points& phantom, const std::vector<RigSight>& sights, Pose pose, double noise_px,
+             double point_sigma) {
   constexpr int kSteps = 20;
   for (int i = 0; i < kSteps; ++i) {
     const Equations q = equations_of(rig, phantom, sights, pose, noise_px, point_sigma);
@@ -132,8 +136,8 @@ double rms_px(const Rig& rig, const Points& phantom, const std::vector<RigSight>
 }
 
 // The fit of one rig. Sights that contradict the others are left out, worst first.
-RoomFit fit(const Rig& rig, const std::string& name, const Points& phantom, std::vector<RigSight>& sights, const RoomOptions& o,
-            double noise_px, Equations& q) {
+RoomFit fit(const Rig& rig, const std::string& name, const Points& phantom, std::vector<RigSight>& sights,
+            const RoomOptions& o, double noise_px, Equations& q) {
   RoomFit f;
   f.name = name;
   f.rig_from_room = start_of(rig, phantom, sights, name);
@@ -188,8 +192,9 @@ std::vector<RigSight> sights_of(const Rig& rig, const CalibrationData& data) {
     for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
       if (rig.cameras[c].id != seen_by.id) continue;
       if (rig.cameras[c].width != seen_by.width || rig.cameras[c].height != seen_by.height)
-        fail(Status::kInvalidArgument, "camera " + in_quotes(seen_by.id) + ": an image of " + std::to_string(seen_by.width) + " x " +
-                                           std::to_string(seen_by.height) + ", the rig states another size");
+        fail(Status::kInvalidArgument, "camera " + in_quotes(seen_by.id) + ": an image of " +
+                                           std::to_string(seen_by.width) + " x " + std::to_string(seen_by.height) +
+                                           ", the rig states another size");
       own.push_back({static_cast<int>(c), s.point, s.pixel, i, true});
     }
   }
@@ -200,19 +205,22 @@ void check_phantom(const std::vector<const Rig*>& rigs, const CalibrationData& d
   std::set<std::string> known;
   for (const Rig* rig : rigs) {
     for (const Camera& c : rig->cameras) {
-      if (!known.insert(c.id).second) fail(Status::kInvalidArgument, "rigs: camera " + in_quotes(c.id) + " stands in two of them");
+      if (!known.insert(c.id).second)
+        fail(Status::kInvalidArgument, "rigs: camera " + in_quotes(c.id) + " stands in two of them");
     }
   }
   for (const CalibrationCamera& c : data.cameras) {
     if (!known.count(c.id)) fail(Status::kInvalidArgument, "camera " + in_quotes(c.id) + " is in none of the rigs");
   }
-  if (data.points.rows() < 3) fail(Status::kInvalidArgument, "points: " + std::to_string(data.points.rows()) + ", expected at least 3");
+  if (data.points.rows() < 3)
+    fail(Status::kInvalidArgument, "points: " + std::to_string(data.points.rows()) + ", expected at least 3");
   if (!data.points.allFinite()) fail(Status::kInvalidArgument, "points: expected finite coordinates");
   for (std::size_t i = 0; i < data.sights.size(); ++i) {
     const Sight& s = data.sights[i];
-    if (s.camera < 0 || s.camera >= static_cast<int>(data.cameras.size()) || s.point < 0 || s.point >= data.points.rows() ||
-        !s.pixel.allFinite())
-      fail(Status::kInvalidArgument, "index[" + std::to_string(i) + "]: a camera or point that there is not, or a pixel that is not finite");
+    if (s.camera < 0 || s.camera >= static_cast<int>(data.cameras.size()) || s.point < 0 ||
+        s.point >= data.points.rows() || !s.pixel.allFinite())
+      fail(Status::kInvalidArgument,
+           "index[" + std::to_string(i) + "]: a camera or point that there is not, or a pixel that is not finite");
   }
 }
 
@@ -232,7 +240,9 @@ void add_to_room(const Rig& rig, const RoomFit& f, const Equations& q, Rig& out)
     for (std::size_t i = 0; i < own.size(); ++i) {
       const auto& known = rig.uncertainty.parameters;
       const auto found = std::find(known.begin(), known.end(), own[i]);
-      if (found != known.end()) modes.row(at + static_cast<Eigen::Index>(i)).head(by_modes.cols()) = rig.uncertainty.modes.row(found - known.begin());
+      if (found != known.end())
+        modes.row(at + static_cast<Eigen::Index>(i)).head(by_modes.cols()) =
+            rig.uncertainty.modes.row(found - known.begin());
       names.push_back(own[i]);
     }
     const Mat6 A = adjoint(c.camera_from_room);  // exp(a) C exp-free: a of the camera for e of the rig
@@ -259,7 +269,8 @@ void compare_pairs(const CalibrationData& data, const RoomOptions& o, RoomResult
   std::map<int, std::vector<Vec3>> seen;
   for (const StereoPair& pair : r.rig.pairs) {
     std::vector<RigSight> own;
-    std::copy_if(all.begin(), all.end(), std::back_inserter(own), [&](const RigSight& s) { return s.camera == pair.left || s.camera == pair.right; });
+    std::copy_if(all.begin(), all.end(), std::back_inserter(own),
+                 [&](const RigSight& s) { return s.camera == pair.left || s.camera == pair.right; });
     for (int p = 0; p < static_cast<int>(data.points.rows()); ++p) {
       const Vec3 x = triangulated(r.rig, own, p);
       if (x.allFinite()) seen[p].push_back(x);
@@ -293,12 +304,15 @@ RoomResult solve_room(const std::vector<const Rig*>& rigs, const CalibrationData
     Equations q;
     r.rigs.push_back(fit(*rig, rig->id, data.points, own, o, r.noise_px, q));
     for (const RigSight& s : own) {
-      if (!s.used) r.discarded.push_back({data.sights[s.sight].camera, 0, s.point, kNaN, "does not fit the other points of the phantom"});
+      if (!s.used)
+        r.discarded.push_back(
+            {data.sights[s.sight].camera, 0, s.point, kNaN, "does not fit the other points of the phantom"});
     }
     const double chi = std::sqrt(q.square / std::max(1, q.rows - 6));
     if (chi > kWorse)
       r.warnings.push_back("rig " + in_quotes(rig->id) + ": the phantom's points are off by " + rounded(chi, 1) +
-                           " times what noise and tolerance let expect (" + rounded(r.rigs.back().rms_px, 2) + " px RMS)");
+                           " times what noise and tolerance let expect (" + rounded(r.rigs.back().rms_px, 2) +
+                           " px RMS)");
     add_to_room(*rig, r.rigs.back(), q, r.rig);
   }
   compare_pairs(data, o, r);

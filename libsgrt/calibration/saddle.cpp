@@ -1,5 +1,6 @@
-// Candidates for corners, see calibration/saddle.hpp: the ring response of Bennett and Lasenby, "ChESS - quick and robust
-// detection of chess-board features" (2014), its maxima, and at each the four changes between dark and bright along the ring.
+// Candidates for corners, see calibration/saddle.hpp: the ring response of Bennett and Lasenby, "ChESS - quick and
+// robust detection of chess-board features" (2014), its maxima, and at each the four changes between dark and bright
+// along the ring.
 #include "calibration/saddle.hpp"
 
 #include <algorithm>
@@ -21,12 +22,14 @@ std::array<Offset, kRing> ring_of(double radius) {
   std::array<Offset, kRing> ring;
   for (int i = 0; i < kRing; ++i) {
     const double a = 2 * kPi * i / kRing;
-    ring[i] = {static_cast<int>(std::lround(radius * std::cos(a))), static_cast<int>(std::lround(radius * std::sin(a)))};
+    ring[i] = {static_cast<int>(std::lround(radius * std::cos(a))),
+               static_cast<int>(std::lround(radius * std::sin(a)))};
   }
   return ring;
 }
 
-// The ChESS response: opposite points of the ring are alike, points at right angles are not, and the middle is their mean.
+// The ChESS response: opposite points of the ring are alike, points at right angles are not, and the middle is their
+// mean.
 Image response_of(const Image& image, double radius) {
   const std::array<Offset, kRing> ring = ring_of(radius);
   const int border = static_cast<int>(std::ceil(radius)) + 1;
@@ -115,7 +118,8 @@ Vec2 quadric_saddle(const Image& image, int x, int y) {
 
 double sample(const Image& image, const Vec2& at) {
   const double fx = std::floor(at.x()), fy = std::floor(at.y());
-  if (!(fx >= 0 && fy >= 0 && fx < image.width - 1 && fy < image.height - 1)) return std::numeric_limits<double>::quiet_NaN();
+  if (!(fx >= 0 && fy >= 0 && fx < image.width - 1 && fy < image.height - 1))
+    return std::numeric_limits<double>::quiet_NaN();
   const int x = static_cast<int>(fx), y = static_cast<int>(fy);
   const double a = at.x() - fx, b = at.y() - fy;
   const float *r = image.row(y) + x, *s = image.row(y + 1) + x;

@@ -17,12 +17,14 @@ struct Mono {
 LensPrior prior_of(const CalibrationCamera& camera, int count, double focal_length);
 
 // Throws kInsufficientData or kDegenerate, naming the camera and what is missing.
-Mono calibrate_alone(const Run& run, const CalibrationData& data, const CalibrationOptions& options, const Target& target,
-                     const std::vector<View>& views, int camera, std::vector<Discarded>& discarded);
+Mono calibrate_alone(const Run& run, const CalibrationData& data, const CalibrationOptions& options,
+                     const Target& target, const std::vector<View>& views, int camera,
+                     std::vector<Discarded>& discarded);
 
-// Poses of all cameras (the first one is the room) and placements; views that contradict the rig because their target is
-// half-turned or mirrored are renamed where the target cannot tell, else discarded. Throws kInsufficientData naming a camera
-// that nothing links to the first one.
-Scene link_rig(const CalibrationData& data, const Target& target, std::vector<Mono>& alone, std::vector<Discarded>& discarded);
+// Poses of all cameras (the first one is the room) and placements; views that contradict the rig because their target
+// is half-turned or mirrored are renamed where the target cannot tell, else discarded. Throws kInsufficientData naming
+// a camera that nothing links to the first one.
+Scene link_rig(const CalibrationData& data, const Target& target, std::vector<Mono>& alone,
+               std::vector<Discarded>& discarded);
 
 }  // namespace sgrt

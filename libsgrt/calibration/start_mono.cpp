@@ -18,7 +18,8 @@ std::vector<View> of_camera(const std::vector<View>& views, int camera) {
   return own;
 }
 
-// A target seen from its back is one whose points were named in mirror order. Most views decide which side is the front.
+// A target seen from its back is one whose points were named in mirror order. Most views decide which side is the
+// front.
 void drop_mirrored(Mono& mono, std::vector<Discarded>& discarded) {
   const auto front = [](const Pose& pose) { return pose.R.col(2).dot(pose.t) > 0; };
   const auto count = std::count_if(mono.camera_from_target.begin(), mono.camera_from_target.end(), front);
@@ -64,18 +65,19 @@ void check_motion(const Bundle& bundle, const Scene& scene, const std::string& i
   const Eigen::MatrixXd C = inverse_of(information_of(unit, scene, true));
   const double sigma = std::sqrt(C(0, 0)) / scene.cameras[0].fx;
   if (sigma < kMostFocal) return;
-  fail(Status::kDegenerate,
-       "camera " + in_quotes(id) + ": the images leave the focal length free (one sigma " +
-           (std::isfinite(sigma) ? rounded(100 * sigma, 0) + " %" : "without bound") +
-           "): tilt the board by 20 to 40 deg about both of its axes, and vary its distance");
+  fail(Status::kDegenerate, "camera " + in_quotes(id) + ": the images leave the focal length free (one sigma " +
+                                (std::isfinite(sigma) ? rounded(100 * sigma, 0) + " %" : "without bound") +
+                                "): tilt the board by 20 to 40 deg about both of its axes, and vary its distance");
 }
 
 }  // namespace
 
 LensPrior prior_of(const CalibrationCamera& camera, int count, double focal_length) {
-  // Terms of the radial polynomial at the corner of the image, as a share of the radius; tangential terms by themselves.
+  // Terms of the radial polynomial at the corner of the image, as a share of the radius; tangential terms by
+  // themselves.
   constexpr double kTerms[] = {0.2, 0.1, 0.05}, kTangential = 0.005, kPrincipal = 0.1, kRational = 10;
-  const double r2 = (camera.width * 1.0 * camera.width + camera.height * 1.0 * camera.height) / 4 / (focal_length * focal_length);
+  const double r2 =
+      (camera.width * 1.0 * camera.width + camera.height * 1.0 * camera.height) / 4 / (focal_length * focal_length);
   LensPrior prior;
   prior.mean(2) = (camera.width - 1) / 2.0;
   prior.mean(3) = (camera.height - 1) / 2.0;
@@ -87,8 +89,9 @@ LensPrior prior_of(const CalibrationCamera& camera, int count, double focal_leng
   return prior;
 }
 
-Mono calibrate_alone(const Run& run, const CalibrationData& data, const CalibrationOptions& options, const Target& target,
-                     const std::vector<View>& views, int camera, std::vector<Discarded>& discarded) {
+Mono calibrate_alone(const Run& run, const CalibrationData& data, const CalibrationOptions& options,
+                     const Target& target, const std::vector<View>& views, int camera,
+                     std::vector<Discarded>& discarded) {
   const CalibrationCamera& given = data.cameras[static_cast<std::size_t>(camera)];
   Mono mono;
   const auto need_views = [&](std::size_t count) {

@@ -1,5 +1,5 @@
-// The rig along shared placements, see calibration/start.hpp: a tree that takes the pair of cameras with most placements in
-// common first; a pair's relative pose is the one that most of those placements agree with.
+// The rig along shared placements, see calibration/start.hpp: a tree that takes the pair of cameras with most
+// placements in common first; a pair's relative pose is the one that most of those placements agree with.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -80,8 +80,9 @@ void link_cameras(const CalibrationData& data, const Target& target, const ByPla
       for (std::size_t j = 0; j < n; ++j) {
         if (!linked[j]) lost += (lost.empty() ? "" : ", ") + in_quotes(data.cameras[j].id);
       }
-      fail(Status::kInsufficientData, "camera " + lost + ": not connected, no board placement is seen by it and by a camera that is linked to " +
-                                          in_quotes(data.cameras[0].id));
+      fail(Status::kInsufficientData,
+           "camera " + lost + ": not connected, no board placement is seen by it and by a camera that is linked to " +
+               in_quotes(data.cameras[0].id));
     }
     scene.cameras[to].camera_from_room =
         relative_pose(seen[to], seen[from], target, data.half_turn_ambiguous) * scene.cameras[from].camera_from_room;
@@ -119,9 +120,10 @@ struct Renaming {
 
 // A view that does not fit the rig as it is named, but does half-turned or mirrored.
 // False: it is to be left out.
-bool settle_view(const CalibrationData& data, const Target& target, const Scene& scene, const std::vector<Renaming>& renamings,
-                 View& view, std::vector<Discarded>& discarded) {
-  constexpr double kFar = 0.1, kBetter = 0.2;  // of the spacing of the points in the image; how much better a renaming is
+bool settle_view(const CalibrationData& data, const Target& target, const Scene& scene,
+                 const std::vector<Renaming>& renamings, View& view, std::vector<Discarded>& discarded) {
+  constexpr double kFar = 0.1,
+                   kBetter = 0.2;  // of the spacing of the points in the image; how much better a renaming is
   const double as_named = median_residual(target, scene, view);
   double size = 0;
   for (const Vec2& p : view.pixel) size = std::max(size, (p - view.pixel[0]).norm());
@@ -142,7 +144,8 @@ bool settle_view(const CalibrationData& data, const Target& target, const Scene&
 
 }  // namespace
 
-Scene link_rig(const CalibrationData& data, const Target& target, std::vector<Mono>& alone, std::vector<Discarded>& discarded) {
+Scene link_rig(const CalibrationData& data, const Target& target, std::vector<Mono>& alone,
+               std::vector<Discarded>& discarded) {
   Scene scene;
   scene.room_from_target.resize(data.placements.size());
   ByPlacement seen;
@@ -163,7 +166,8 @@ Scene link_rig(const CalibrationData& data, const Target& target, std::vector<Mo
   }
   if (alone.size() == 1) return scene;
   std::vector<Renaming> renamings;
-  for (const auto& [sx, sy, word] : {std::tuple(-1, -1, "half-turned"), std::tuple(-1, 1, "mirrored"), std::tuple(1, -1, "mirrored")}) {
+  for (const auto& [sx, sy, word] :
+       {std::tuple(-1, -1, "half-turned"), std::tuple(-1, 1, "mirrored"), std::tuple(1, -1, "mirrored")}) {
     const std::vector<int> names = symmetry_of(target, sx, sy);
     if (!names.empty()) renamings.push_back({names, word});
   }

@@ -68,18 +68,19 @@ void check_sights(const CalibrationData& data) {
     const Sight& s = data.sights[i];
     const auto index = [&](const char* what, int value, Eigen::Index count) {
       if (value < 0 || value >= count)
-        refuse(at("index", i), std::string(what) + " " + std::to_string(value) + ", expected 0 to " +
-                                   std::to_string(count - 1));
+        refuse(at("index", i),
+               std::string(what) + " " + std::to_string(value) + ", expected 0 to " + std::to_string(count - 1));
     };
     index("camera", s.camera, cameras);
     index("placement", s.placement, placements);
     index("point", s.point, data.points.rows());
     const CalibrationCamera& camera = data.cameras[static_cast<std::size_t>(s.camera)];
     if (!(s.pixel.x() >= -1 && s.pixel.x() <= camera.width && s.pixel.y() >= -1 && s.pixel.y() <= camera.height))
-      refuse(at("pixels", i), text_of(s.pixel.x()) + " " + text_of(s.pixel.y()) + ", expected a place in the image of " +
-                                  in_quotes(camera.id) + ", " + std::to_string(camera.width) + " x " +
-                                  std::to_string(camera.height));
-    if (!(s.sigma > 0 && s.sigma <= 1e3)) refuse(at("sigma", i), text_of(s.sigma) + ", expected more than 0, at most 1000");
+      refuse(at("pixels", i), text_of(s.pixel.x()) + " " + text_of(s.pixel.y()) +
+                                  ", expected a place in the image of " + in_quotes(camera.id) + ", " +
+                                  std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    if (!(s.sigma > 0 && s.sigma <= 1e3))
+      refuse(at("sigma", i), text_of(s.sigma) + ", expected more than 0, at most 1000");
   }
 }
 
@@ -140,7 +141,8 @@ std::vector<int> symmetry_of(const Target& target, double sx, double sy) {
     const Vec2 at = target.points.row(i).head<2>().transpose() - target.centre;
     const Vec2 wanted = target.centre + Vec2(sx * at.x(), sy * at.y());
     Eigen::Index nearest;
-    const double distance = (target.points.leftCols<2>().rowwise() - wanted.transpose()).rowwise().norm().minCoeff(&nearest);
+    const double distance =
+        (target.points.leftCols<2>().rowwise() - wanted.transpose()).rowwise().norm().minCoeff(&nearest);
     if (distance > kNear * target.half_size) return {};
     names.push_back(static_cast<int>(nearest));
   }

@@ -24,7 +24,8 @@ Radial radial(const std::array<double, 8>& k, double u) {
 
 LensVector lens_of(const Camera& camera) {
   LensVector lens;
-  lens << camera.fx, camera.fy, camera.cx, camera.cy, Eigen::Map<const Eigen::Matrix<double, 8, 1>>(&camera.distortion[0]);
+  lens << camera.fx, camera.fy, camera.cx, camera.cy,
+      Eigen::Map<const Eigen::Matrix<double, 8, 1>>(&camera.distortion[0]);
   return lens;
 }
 

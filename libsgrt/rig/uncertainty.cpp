@@ -33,7 +33,8 @@ Eigen::MatrixXd modes_of(const Rig& rig, const Camera& camera) {
   Eigen::MatrixXd modes = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(names.size()), u.modes.cols());
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto found = std::find(u.parameters.begin(), u.parameters.end(), names[i]);
-    if (found != u.parameters.end()) modes.row(static_cast<Eigen::Index>(i)) = u.modes.row(found - u.parameters.begin());
+    if (found != u.parameters.end())
+      modes.row(static_cast<Eigen::Index>(i)) = u.modes.row(found - u.parameters.begin());
   }
   return modes;
 }
@@ -85,7 +86,8 @@ RigUncertainty compact(const std::vector<Camera>& cameras, const Eigen::MatrixXd
     const Eigen::Index own = lens_count(camera) + 6;
     for (double distance : distances) {
       for (int i = 0; i <= kGrid * kGrid + 2 * kGrid; ++i) {
-        const Vec2 pixel(i % (kGrid + 1) * (camera.width - 1.0) / kGrid, i / (kGrid + 1) * (camera.height - 1.0) / kGrid);
+        const Vec2 pixel(i % (kGrid + 1) * (camera.width - 1.0) / kGrid,
+                         i / (kGrid + 1) * (camera.height - 1.0) / kGrid);
         Mat2X J;
         if (!by_parameters(camera, distance * undistort(camera, pixel).homogeneous(), J)) continue;
         Mat2X row = Mat2X::Zero(2, covariance.cols());
@@ -101,7 +103,8 @@ RigUncertainty compact(const std::vector<Camera>& cameras, const Eigen::MatrixXd
   const Eigen::VectorXd d = covariance.diagonal().cwiseSqrt();
   const Eigen::VectorXd w = d.unaryExpr([](double x) { return x > 0 ? 1 / x : 0; });
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> scaled(w.asDiagonal() * covariance * w.asDiagonal());
-  const Eigen::MatrixXd L = d.asDiagonal() * scaled.eigenvectors() * scaled.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd L =
+      d.asDiagonal() * scaled.eigenvectors() * scaled.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
   const Eigen::MatrixXd G = F * L;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> effect(G.transpose() * G);
   const Eigen::VectorXd& variance = effect.eigenvalues();  // smallest first

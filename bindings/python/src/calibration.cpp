@@ -60,7 +60,8 @@ Detection detect(const std::string& kind, int32_t columns, int32_t rows, double 
 
 Calibration unpack(CalibrationHandle handle) {
   const sgrt_calibration* result = handle.get();
-  const py::capsule base(handle.release(), [](void* raw) { sgrt_calibration_free(static_cast<sgrt_calibration*>(raw)); });
+  const py::capsule base(handle.release(),
+                         [](void* raw) { sgrt_calibration_free(static_cast<sgrt_calibration*>(raw)); });
   Calibration c;
   c.info.struct_size = sizeof c.info;
   run([&] { return sgrt_calibration_summary(result, &c.info); });
@@ -107,7 +108,8 @@ int32_t place_of(const std::vector<std::string>& ids, const std::string& id) {
 }
 
 void fill(Data& d, const Cameras& cameras, const ArrayLike& points, const ArrayLike& index, const ArrayLike& pixels,
-          const MaybeArray& sigma, const std::vector<std::string>& placements, const Pairs& pairs, bool half_turn_ambiguous) {
+          const MaybeArray& sigma, const std::vector<std::string>& placements, const Pairs& pairs,
+          bool half_turn_ambiguous) {
   d.c = defaults(sgrt_calibration_data_init);
   for (const auto& [id, size] : cameras) {
     d.ids.push_back(id);
@@ -196,7 +198,8 @@ Calibration room(const std::vector<const Rig*>& rigs, const Cameras& cameras, co
   for (const Rig* rig : rigs) handles.push_back(rig ? rig->handle.get() : nullptr);
   CalibrationHandle handle;
   const Outcome outcome = attempt(context, [&](sgrt_context* c) {
-    return sgrt_calibration_room(c, handles.data(), static_cast<int32_t>(handles.size()), &data.c, &options, out(handle));
+    return sgrt_calibration_room(c, handles.data(), static_cast<int32_t>(handles.size()), &data.c, &options,
+                                 out(handle));
   });
   if (outcome.status != SGRT_OK) fail_with(outcome, std::move(handle));
   return unpack(std::move(handle));
@@ -270,8 +273,10 @@ void register_calibration(py::module_& m) {
 
   py::class_<Detection>(m, "BoardDetection", "A board found in an image.\n\nC: sgrt_board_detect")
       .def_readonly("pixels", &Detection::pixels, "float64, N x 2, in the board's order; NaN where a point is hidden.")
-      .def_readonly("sigma_px", &Detection::sigma_px, "float64, N: one sigma of each coordinate from the image's noise.")
-      .def_property_readonly("found_count", [](const Detection& d) { return d.info.found_count; }, "Points found.")
+      .def_readonly("sigma_px", &Detection::sigma_px,
+                    "float64, N: one sigma of each coordinate from the image's noise.")
+      .def_property_readonly(
+          "found_count", [](const Detection& d) { return d.info.found_count; }, "Points found.")
       .def_property_readonly(
           "seen", [](const Detection& d) { return std::pair(d.info.seen_columns, d.info.seen_rows); },
           "Where it was not found: inner corners of the largest chessboard seen, (0, 0) for none.")
@@ -289,47 +294,60 @@ void register_calibration(py::module_& m) {
       .def_readonly("warnings", &Calibration::warnings, "List of str, one line each.")
       .def_readonly("parameters", &Calibration::parameters, "Names of the rows of covariance: 'pod1-left.fx', ...")
       .def_readonly("covariance", &Calibration::covariance, "float64, P x P; None but after calibration_solve.")
-      .def_readonly("corners", &Calibration::corners,
-                    "float64, K x 8: camera, placement, point, pixel x y, residual x y (px), 1 where it counts; or None.")
+      .def_readonly(
+          "corners", &Calibration::corners,
+          "float64, K x 8: camera, placement, point, pixel x y, residual x y (px), 1 where it counts; or None.")
       .def_property_readonly(
           "rig", [](Calibration& r) -> Rig* { return r.rig ? &*r.rig : nullptr; },
           py::return_value_policy::reference_internal, "The Rig, or None.\n\nC: sgrt_calibration_rig")
-      .def_property_readonly("noise_px", [](const Calibration& r) { return r.info.noise_px; },
-                             "One sigma of a corner's coordinate, corrected for degrees of freedom.")
-      .def_property_readonly("rms_px", [](const Calibration& r) { return r.info.rms_px; },
-                             "Root mean square length of the residuals that count (OpenCV's figure).")
-      .def_property_readonly("rms_all_px", [](const Calibration& r) { return r.info.rms_all_px; }, "... of all corners.")
-      .def_property_readonly("expected_rms_px", [](const Calibration& r) { return r.info.expected_rms_px; },
-                             "Of a check: what the rig's uncertainty lets expect.")
-      .def_property_readonly("view_count", [](const Calibration& r) { return r.info.view_count; }, "Images that count.")
-      .def_property_readonly("corner_count", [](const Calibration& r) { return r.info.corner_count; }, "Corners that count.")
-      .def_property_readonly("discarded_count", [](const Calibration& r) { return r.info.discarded_count; },
-                             "Images and corners that do not.")
-      .def_property_readonly("iterations", [](const Calibration& r) { return r.info.iterations; }, "Of all solves.");
+      .def_property_readonly(
+          "noise_px", [](const Calibration& r) { return r.info.noise_px; },
+          "One sigma of a corner's coordinate, corrected for degrees of freedom.")
+      .def_property_readonly(
+          "rms_px", [](const Calibration& r) { return r.info.rms_px; },
+          "Root mean square length of the residuals that count (OpenCV's figure).")
+      .def_property_readonly(
+          "rms_all_px", [](const Calibration& r) { return r.info.rms_all_px; }, "... of all corners.")
+      .def_property_readonly(
+          "expected_rms_px", [](const Calibration& r) { return r.info.expected_rms_px; },
+          "Of a check: what the rig's uncertainty lets expect.")
+      .def_property_readonly(
+          "view_count", [](const Calibration& r) { return r.info.view_count; }, "Images that count.")
+      .def_property_readonly(
+          "corner_count", [](const Calibration& r) { return r.info.corner_count; }, "Corners that count.")
+      .def_property_readonly(
+          "discarded_count", [](const Calibration& r) { return r.info.discarded_count; },
+          "Images and corners that do not.")
+      .def_property_readonly(
+          "iterations", [](const Calibration& r) { return r.info.iterations; }, "Of all solves.");
 
   m.def("board_points", &board_points, py::arg("kind"), py::arg("columns"), py::arg("rows"), py::arg("spacing_mm"),
         "float64, N x 3, mm: a board's points, row by row, z = 0.\n\nRaises InvalidArgument.\nC: sgrt_board_points");
-  m.def("board_detect", &detect, py::arg("kind"), py::arg("columns"), py::arg("rows"), py::arg("spacing_mm"), py::arg("image"),
-        py::kw_only(), py::arg("context") = none, kDetectDoc);
-  m.def("calibration_solve", &solve, py::arg("cameras"), py::arg("points"), py::arg("index"), py::arg("pixels"), py::kw_only(),
-        py::arg("sigma") = none, py::arg("placements"), py::arg("pairs") = Pairs{}, py::arg("half_turn_ambiguous") = false,
-        py::arg("rig_id") = "calibrated rig", py::arg("distortion_count") = o.distortion_count,
-        py::arg("max_iterations") = o.max_iterations, py::arg("min_views") = o.min_views,
-        py::arg("split_half") = o.split_half != 0, py::arg("outlier_sigma") = o.outlier_sigma,
-        py::arg("warp_sigma_mm") = o.warp_sigma_mm, py::arg("context") = none, kSolveDoc);
+  m.def("board_detect", &detect, py::arg("kind"), py::arg("columns"), py::arg("rows"), py::arg("spacing_mm"),
+        py::arg("image"), py::kw_only(), py::arg("context") = none, kDetectDoc);
+  m.def("calibration_solve", &solve, py::arg("cameras"), py::arg("points"), py::arg("index"), py::arg("pixels"),
+        py::kw_only(), py::arg("sigma") = none, py::arg("placements"), py::arg("pairs") = Pairs{},
+        py::arg("half_turn_ambiguous") = false, py::arg("rig_id") = "calibrated rig",
+        py::arg("distortion_count") = o.distortion_count, py::arg("max_iterations") = o.max_iterations,
+        py::arg("min_views") = o.min_views, py::arg("split_half") = o.split_half != 0,
+        py::arg("outlier_sigma") = o.outlier_sigma, py::arg("warp_sigma_mm") = o.warp_sigma_mm,
+        py::arg("context") = none, kSolveDoc);
   m.def("calibration_check", &check, py::arg("rig"), py::arg("cameras"), py::arg("points"), py::arg("index"),
         py::arg("pixels"), py::kw_only(), py::arg("placements"), py::arg("half_turn_ambiguous") = false,
         py::arg("warp_sigma_mm") = o.warp_sigma_mm, py::arg("context") = none, kCheckDoc);
   m.def("calibration_room", &room, py::arg("rigs"), py::arg("cameras"), py::arg("points"), py::arg("index"),
         py::arg("pixels"), py::kw_only(), py::arg("rig_id") = none, py::arg("outlier_sigma") = o.outlier_sigma,
-        py::arg("point_sigma_mm") = o.point_sigma_mm, py::arg("noise_px") = o.noise_px, py::arg("context") = none, kRoomDoc);
-  m.def("rig_pixel_covariance", &pixel_covariance, py::arg("rig"), py::arg("camera_id"), py::arg("x_in_room"), py::kw_only(),
-        py::arg("context") = none,
-        "float64, N x 3, xx xy yy, px2: how uncertain the rig's calibration leaves the pixels of room points (N x 3, mm).\n\n"
+        py::arg("point_sigma_mm") = o.point_sigma_mm, py::arg("noise_px") = o.noise_px, py::arg("context") = none,
+        kRoomDoc);
+  m.def("rig_pixel_covariance", &pixel_covariance, py::arg("rig"), py::arg("camera_id"), py::arg("x_in_room"),
+        py::kw_only(), py::arg("context") = none,
+        "float64, N x 3, xx xy yy, px2: how uncertain the rig's calibration leaves the pixels of room points (N x 3, "
+        "mm).\n\n"
         "Raises InvalidArgument: also a rig that states no uncertainty.\nC: sgrt_rig_pixel_covariance");
-  m.def("rig_point_covariance", &point_covariance, py::arg("rig"), py::arg("pair_id"), py::arg("x_in_room"), py::kw_only(),
-        py::arg("noise_px") = 0.0, py::arg("context") = none,
-        "float64, N x 6, xx xy xz yy yz zz, mm2: of the points that a pair triangulates, by the calibration and by noise_px on "
+  m.def("rig_point_covariance", &point_covariance, py::arg("rig"), py::arg("pair_id"), py::arg("x_in_room"),
+        py::kw_only(), py::arg("noise_px") = 0.0, py::arg("context") = none,
+        "float64, N x 6, xx xy xz yy yz zz, mm2: of the points that a pair triangulates, by the calibration and by "
+        "noise_px on "
         "each pixel coordinate.\n\nRaises InvalidArgument.\nC: sgrt_rig_point_covariance");
 }
 

@@ -68,7 +68,8 @@ inline Seen see(const std::vector<Camera>& cameras, const SeenOptions& o, unsign
     char name[16];
     std::snprintf(name, sizeof name, "%03d.png", b);
     seen.data.placements.emplace_back(name);
-    const Vec3 w(draw.uniform() * o.tilt_deg * degree, draw.uniform() * o.tilt_deg * degree, draw.uniform() * o.turn_deg * degree);
+    const Vec3 w(draw.uniform() * o.tilt_deg * degree, draw.uniform() * o.tilt_deg * degree,
+                 draw.uniform() * o.turn_deg * degree);
     Pose pose{so3_exp(w) * Vec3(1, -1, -1).asDiagonal(), draw.vec3(o.spread)};  // z down: away from the cameras
     pose.t -= pose.R * Vec3(target.centre.x(), target.centre.y(), 0);
     seen.room_from_board.push_back(pose);

@@ -10,7 +10,7 @@ import click
 
 from .. import __version__
 from ..errors import Error
-from . import register, stereo
+from . import calibrate, calibrate_room, check, register, stereo
 from ._common import Failure, exit_code, one_line
 
 
@@ -26,8 +26,11 @@ def group() -> None:
     """
 
 
+calibrate.command.add_command(calibrate_room.command)
+group.add_command(calibrate.command)
 group.add_command(stereo.command)
 group.add_command(register.command)
+group.add_command(check.command)
 if importlib.util.find_spec("sgrt.demo"):
     from . import demo
 
