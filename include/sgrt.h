@@ -620,7 +620,7 @@ typedef struct sgrt_calibration_options {
   int32_t min_views;        /* of each camera, at least 3; default 3 */
   int32_t split_half;       /* 1: two halves of the placements are calibrated too and compared; default 1 */
   int32_t reserved;
-  double outlier_sigma;     /* a corner further off than this many sigma does not count; default 6 */
+  double outlier_sigma;     /* a corner further off than this many sigma, and than 0.25 px, does not count; default 6 */
   double warp_sigma_mm;     /* how far the board may be bent; 0: 1 % of its half size; negative: it is flat; default 0 */
   double point_sigma_mm;    /* sgrt_calibration_room: one sigma of the phantom's own points; default 0 */
   double noise_px;          /* sgrt_calibration_room: one sigma of a found point; 0: what the rig states; default 0 */

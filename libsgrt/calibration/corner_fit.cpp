@@ -64,6 +64,7 @@ std::optional<FittedCorner> fit_corner(const Image& image, const Vec2& start, do
                                        double radius) {
   constexpr int kIterations = 30;
   constexpr double kEnough = 1e-4, kLeastContrast = 2, kLeastAngle = 0.2;
+  constexpr double kOther = 0.12;  // of the contrast squared: what is no corner leaves more
   if (!(start.x() - radius >= 0 && start.y() - radius >= 0 && start.x() + radius <= image.width - 1 &&
         start.y() + radius <= image.height - 1))
     return std::nullopt;
@@ -97,7 +98,7 @@ std::optional<FittedCorner> fit_corner(const Image& image, const Vec2& start, do
   if (!(p.head<2>().norm() < 0.5 * radius && std::abs(p(8)) > kLeastContrast && turn > kLeastAngle))
     return std::nullopt;
   const double variance = sums.square / std::max(1, sums.count - kSize);
-  if (variance > 0.25 * p(8) * p(8)) return std::nullopt;  // half of the contrast is something else
+  if (variance > kOther * p(8) * p(8)) return std::nullopt;
   const Gram C = sums.A.inverse() * variance;
   const double sigma = std::sqrt((C(0, 0) + C(1, 1)) / 2);
   if (!std::isfinite(sigma)) return std::nullopt;

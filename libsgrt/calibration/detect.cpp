@@ -175,7 +175,7 @@ const Saddle* neighbour_of(const Lattice& lattice, const std::vector<Saddle>& sa
 // Whether corners follow beyond an outer line: then the board is a larger one, of which this is a part.
 bool goes_on(const Board& board, const Image& image, const Lattice& lattice, const std::vector<Saddle>& corners,
              Detection& d) {
-  constexpr double kNear = 0.2, kStrong = 2;  // of a step; times what fitted() asks of the contrast
+  constexpr double kNear = 0.2, kStrong = 2.7;  // of a step; times what fitted() asks of the contrast
   const auto at = [&](int i) { return corners[static_cast<std::size_t>(i)].at; };
   const auto there = [&](const Cell& cell) {
     const Vec2 expected = predicted(lattice, cell, at);

@@ -7,6 +7,9 @@
 namespace sgrt {
 namespace {
 
+// px: less is no blunder, but an image that is a little worse than the others; leaving such ones out would make the
+// rest look better than it is.
+constexpr double kSmallestOutlier = 0.25;
 constexpr double kSmallestNoise = 1e-5;                 // px: below it rounding speaks, not the images
 constexpr double kMedianOfLength = 1.1774100225154747;  // of a normal 2-vector of unit sigma: sqrt(2 ln 2)
 
@@ -121,7 +124,8 @@ Robust solve_robustly(const Run& run, Bundle& bundle, Scene& scene, const Calibr
   std::vector<std::vector<double>> lengths = lengths_of(bundle, scene);
   const double spent = spent_of(bundle, scene);
   double noise = robust_noise(lengths, spent);
-  for (int round = 0; round < kCauchyRounds && largest(lengths) > options.outlier_sigma * noise; ++round) {
+  const auto limit = [&] { return std::max(options.outlier_sigma * noise, kSmallestOutlier); };
+  for (int round = 0; round < kCauchyRounds && largest(lengths) > limit(); ++round) {
     bundle.noise = noise;
     for (std::size_t v = 0; v < bundle.views.size(); ++v) {
       for (std::size_t i = 0; i < lengths[v].size(); ++i) {
@@ -136,7 +140,7 @@ Robust solve_robustly(const Run& run, Bundle& bundle, Scene& scene, const Calibr
     if (std::abs(noise - before) < kSame * noise) break;
   }
   for (int round = 0; round < kFinalRounds; ++round) {
-    const bool changed = classify(bundle, lengths, options.outlier_sigma * noise);
+    const bool changed = classify(bundle, lengths, limit());
     const double before = bundle.noise;
     bundle.noise = noise_of(bundle, scene);
     if (round > 0 && !changed && std::abs(bundle.noise - before) < kSame * before) break;
