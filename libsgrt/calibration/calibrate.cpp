@@ -156,6 +156,7 @@ CalibrationResult calibrate_once(const Run& run, const CalibrationData& data, co
   r.bundle = Bundle{target, {}, {}, 0, false, warp, 1};
   for (std::size_t c = 0; c < alone.size(); ++c) {
     r.bundle.priors.push_back(prior_of(data.cameras[c], options.distortion_count, alone[c].camera.fx));
+    r.bundle.noise = c == 0 ? alone[c].noise : std::max(r.bundle.noise, alone[c].noise);
     r.bundle.views.insert(r.bundle.views.end(), alone[c].views.begin(), alone[c].views.end());
   }
   solve_jointly(run, options, r);

@@ -111,7 +111,7 @@ double rms_of(const Bundle& bundle, const Scene& scene, int camera, bool all) {
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-Robust solve_robustly(const Run& run, Bundle& bundle, Scene& scene, const CalibrationOptions& options) {
+Robust solve_robustly(const Run& run, Bundle& bundle, Scene& scene, const CalibrationOptions& options, bool rough) {
   constexpr int kCauchyRounds = 8, kFinalRounds = 6;
   constexpr double kCauchy = 2.5, kSame = 0.02;
   Robust out;
@@ -139,11 +139,16 @@ Robust solve_robustly(const Run& run, Bundle& bundle, Scene& scene, const Calibr
     noise = robust_noise(lengths, spent);
     if (std::abs(noise - before) < kSame * noise) break;
   }
+  if (rough) {
+    classify(bundle, lengths, limit());
+    bundle.noise = noise;
+    return out;
+  }
   for (int round = 0; round < kFinalRounds; ++round) {
     const bool changed = classify(bundle, lengths, limit());
     const double before = bundle.noise;
     bundle.noise = noise_of(bundle, scene);
-    if (round > 0 && !changed && std::abs(bundle.noise - before) < kSame * before) break;
+    if (!changed && std::abs(bundle.noise - before) < kSame * before) break;
     once();
     lengths = lengths_of(bundle, scene);
     noise = robust_noise(lengths, spent);

@@ -10,9 +10,10 @@ struct Robust {
   int iterations = 0;
   bool converged = false;
 };
-// Sets the views' weights to 0 or 1 and bundle.noise to the corners' noise. At most `rounds` solves with Cauchy
-// weights.
-Robust solve_robustly(const Run& run, Bundle& bundle, Scene& scene, const CalibrationOptions& options);
+// Sets the views' weights to 0 or 1 and bundle.noise to the corners' noise. rough: the start of another
+// solve, so the last rounds of plain least squares are left out.
+Robust solve_robustly(const Run& run, Bundle& bundle, Scene& scene, const CalibrationOptions& options,
+                      bool rough = false);
 
 // One sigma of a corner's coordinate, px: from the residuals that count, corrected for the parameters spent (eq. 13).
 double noise_of(const Bundle& bundle, const Scene& scene);

@@ -161,9 +161,9 @@ RoomFit fit(const Rig& rig, const std::string& name, const Points& phantom, std:
   q = equations_of(rig, phantom, sights, f.rig_from_room, noise_px, o.point_sigma_mm);
   const Mat6 inverse = q.A.inverse();
   if (!inverse.allFinite()) fail(Status::kDegenerate, name + ": the phantom's points leave a direction free");
-  const Eigen::Matrix<double, 6, Eigen::Dynamic> by_modes = inverse * q.by_modes;
+  // What the calibration's own modes do at the phantom the fit has absorbed; they stay in the rig's modes.
   const Mat6 turn = adjoint(f.rig_from_room.inverse());
-  f.covariance = turn * (inverse + by_modes * by_modes.transpose()) * turn.transpose();
+  f.covariance = turn * inverse * turn.transpose();
   f.rms_px = rms_px(rig, phantom, sights, f.rig_from_room);
   std::set<int> points;
   for (const RigSight& s : sights) {
@@ -245,7 +245,7 @@ void add_to_room(const Rig& rig, const RoomFit& f, const Equations& q, Rig& out)
             rig.uncertainty.modes.row(found - known.begin());
       names.push_back(own[i]);
     }
-    const Mat6 A = adjoint(c.camera_from_room);  // exp(a) C exp-free: a of the camera for e of the rig
+    const Mat6 A = adjoint(c.camera_from_room);  // C exp(e) = exp(A e) C
     modes.block(at + lens_count(c), 0, 6, by_modes.cols()) += A * by_modes;
     modes.block(at + lens_count(c), by_modes.cols(), 6, 6) = A * noise;
     at += static_cast<Eigen::Index>(own.size());

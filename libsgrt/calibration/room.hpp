@@ -17,8 +17,8 @@ struct RoomOptions {
 struct RoomFit {
   std::string name;
   Pose rig_from_room;  // identity where the rig was in this room already and nothing has moved
-  Mat6
-      covariance;  // of (rotation rad, translation mm) at the room's origin, room axes: true = rig_from_room exp(delta)
+  Mat6 covariance;  // of (rotation rad, translation mm) at the room's origin, room axes, by noise and tolerance: where
+                    // points there are measured
   int points = 0, sights = 0;
   double rms_px = 0, point_rms_mm = 0;  // residuals in the images; of the triangulated points against the phantom
 };

@@ -11,6 +11,7 @@ struct Mono {
   Camera camera;
   std::vector<View> views;  // the views that can be used, the camera's number kept
   std::vector<Pose> camera_from_target;
+  double noise = 1;  // px
 };
 
 // Priors of a lens of this image, for `count` distortion terms (eq. 8).

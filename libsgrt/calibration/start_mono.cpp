@@ -24,7 +24,7 @@ void drop_mirrored(Mono& mono, std::vector<Discarded>& discarded) {
   const auto front = [](const Pose& pose) { return pose.R.col(2).dot(pose.t) > 0; };
   const auto count = std::count_if(mono.camera_from_target.begin(), mono.camera_from_target.end(), front);
   const bool most = 2 * count >= static_cast<std::ptrdiff_t>(mono.views.size());
-  Mono kept{mono.camera, {}, {}};
+  Mono kept{mono.camera, {}, {}, 1};
   for (std::size_t i = 0; i < mono.views.size(); ++i) {
     if (front(mono.camera_from_target[i]) == most) {
       kept.views.push_back(mono.views[i]);
@@ -127,8 +127,9 @@ Mono calibrate_alone(const Run& run, const CalibrationData& data, const Calibrat
     bundle.views[i].placement = static_cast<int>(i);
   }
   Scene scene{{mono.camera}, mono.camera_from_target, Vec3::Zero()};
-  solve_robustly(run, bundle, scene, options);
+  solve_robustly(run, bundle, scene, options, true);
   check_motion(bundle, scene, given.id);
+  mono.noise = bundle.noise;
   mono.camera = scene.cameras[0];
   mono.camera_from_target = scene.room_from_target;
   for (std::size_t i = 0; i < mono.views.size(); ++i) mono.views[i].weight = bundle.views[i].weight;
