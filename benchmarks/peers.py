@@ -8,9 +8,9 @@ prepares and returns the call to time, a function of the round.
 import json
 import os
 import sys
-import time
 
 import numpy as np
+from harness import timed
 
 PEERS = {}
 
@@ -155,6 +155,130 @@ def opencv_undistort(inputs, threads):
     return unproject
 
 
+NURBS_ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+
+
+def splipy_surface(inputs):
+    import splipy
+
+    basis = splipy.BSplineBasis(4, inputs["knots"])
+    points = inputs["points"].transpose(1, 0, 2).reshape(-1, 3)  # u fastest
+    return splipy.Surface(basis, basis, points)
+
+
+@peer("splipy")
+def splipy_grid(inputs, threads):
+    surface, u, v = splipy_surface(inputs), inputs["u"], inputs["v"]
+    return lambda _: {"points": surface(u, v)}
+
+
+@peer("splipy derivatives")
+def splipy_derivatives(inputs, threads):
+    surface, u, v = splipy_surface(inputs), inputs["u"], inputs["v"]
+    return lambda _: {"points": np.stack([surface.derivative(u, v, d=d) for d in NURBS_ORDERS], axis=2)}
+
+
+def geomdl_surface(inputs):
+    from geomdl import BSpline
+
+    surface = BSpline.Surface()
+    surface.degree_u = surface.degree_v = 3
+    surface.set_ctrlpts(inputs["points"].reshape(-1, 3).tolist(), *inputs["points"].shape[:2])
+    surface.knotvector_u = surface.knotvector_v = inputs["knots"].tolist()
+    return surface
+
+
+@peer("geomdl")
+def geomdl_grid(inputs, threads):
+    surface = geomdl_surface(inputs)
+    surface.sample_size_u, surface.sample_size_v = len(inputs["u"]), len(inputs["v"])
+    shape = len(inputs["u"]), len(inputs["v"]), 3
+
+    def evaluate(_):
+        surface.evaluate()
+        return {"points": np.reshape(surface.evalpts, shape)}
+
+    return evaluate
+
+
+@peer("geomdl derivatives")
+def geomdl_derivatives(inputs, threads):
+    surface = geomdl_surface(inputs)
+    pairs = list(zip(inputs["u"].tolist(), inputs["v"].tolist(), strict=True))
+
+    def evaluate(_):
+        tables = [surface.derivatives(u, v, 2) for u, v in pairs]
+        return {"points": np.array([[table[k][m] for k, m in NURBS_ORDERS] for table in tables])}
+
+    return evaluate
+
+
+def scipy_scattered(orders):
+    """RectBivariateSpline interpolates a grid; here it is given the very spline, a coordinate each."""
+
+    def prepare(inputs, threads):
+        from scipy.interpolate import RectBivariateSpline
+
+        splines = []
+        for c in range(3):
+            spline = RectBivariateSpline(np.arange(40.0), np.arange(40.0), np.zeros((40, 40)))
+            spline.tck = inputs["knots"], inputs["knots"], inputs["points"][:, :, c].ravel()
+            splines.append(spline)
+        u, v = inputs["u"], inputs["v"]
+
+        def evaluate(_):
+            values = [np.stack([s.ev(u, v, dx=k, dy=m) for s in splines], -1) for k, m in NURBS_ORDERS[:orders]]
+            return {"points": values[0] if orders == 1 else np.stack(values, axis=1)}
+
+        return evaluate
+
+    return prepare
+
+
+def scipy_spline(smooth):
+    """LSQ on the knots of ours, or FITPACK's choice of knots for a sum of squares of n sigma^2."""
+
+    def prepare(inputs, threads):
+        from scipy.interpolate import LSQBivariateSpline, SmoothBivariateSpline
+
+        (x, y, z), side, noise = inputs["points"].T.copy(), inputs["side"], float(inputs["noise"])
+        knots = [np.linspace(v.min(), v.max(), int(inputs["control"]) - 2)[1:-1] for v in (x, y)]
+
+        def fit(_):
+            if smooth:
+                spline = SmoothBivariateSpline(x, y, z, w=np.full(len(x), 1 / noise), s=len(x))
+            else:
+                spline = LSQBivariateSpline(x, y, z, *knots)
+            return {"z": spline(side, side)}
+
+        return fit
+
+    return prepare
+
+
+PEERS["scipy RectBivariateSpline.ev"] = scipy_scattered(1)
+PEERS["scipy RectBivariateSpline.ev to 2nd"] = scipy_scattered(6)
+PEERS["scipy LSQBivariateSpline"] = scipy_spline(False)
+PEERS["scipy SmoothBivariateSpline"] = scipy_spline(True)
+
+
+@peer("OpenCV calibrateCamera")
+def opencv_calibrate(inputs, threads):
+    import cv2
+
+    cv2.setNumThreads(threads)
+    views = [view.astype(np.float32) for view in inputs["views"]]
+    boards = [inputs["board"].astype(np.float32)] * len(views)
+    size = tuple(int(side) for side in inputs["size"])
+
+    def calibrate(_):
+        _, matrix, distortion, _, _ = cv2.calibrateCamera(boards, views, size, None, None)
+        places = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]]
+        return {"lens": np.concatenate([places, distortion.ravel()[:5]])}
+
+    return calibrate
+
+
 def main():
     name, inputs_path, threads, output = sys.argv[1:]
     answers = os.fdopen(os.dup(1), "w")
@@ -166,13 +290,10 @@ def main():
 
     with np.load(inputs_path) as file:
         inputs = dict(file)
-    call = PEERS[name](inputs, int(threads))
+    call = timed(PEERS[name](inputs, int(threads)))
     answer(0)
     for line in sys.stdin:
-        index = int(line)
-        start = time.perf_counter()
-        arrays = call(index)
-        milliseconds = (time.perf_counter() - start) * 1e3
+        milliseconds, arrays = call(int(line))
         np.savez(output, **arrays)
         answer(milliseconds)
 

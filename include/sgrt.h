@@ -1,7 +1,6 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
- * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo, icp,
- * board, calibration.
+ * This header is the C manual; its sections follow the pipeline.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose
  * `a_from_b` maps b-coordinates to a. Pixel (0,0) is the centre of the top-left pixel. The room frame is IEC 61217 fixed:
@@ -233,6 +232,12 @@ enum {
  * SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
 SGRT_API sgrt_status sgrt_surface_array(const sgrt_surface *surface, int32_t field, sgrt_view *view);
 
+/* The surface under a rigid motion x -> R x + t (4 x 4, row-major, mm): points, normals, covariance and modes; all else is
+ * kept. A reference for another couch angle: pose from sgrt_frame_couch_turn.
+ * SGRT_E_INVALID_ARGUMENT  not a rigid motion within 1e-6, or it moves a point beyond 1e5 mm. since 0.1 */
+SGRT_API sgrt_status sgrt_surface_move(sgrt_context *context, const sgrt_surface *surface, const double pose[16],
+                                       sgrt_surface **result);
+
 typedef struct sgrt_surface_normals_options {
   uint32_t struct_size;
   int32_t neighbours; /* points of the local fit, 6 to 200; default 24 */
@@ -305,6 +310,17 @@ SGRT_API void sgrt_roi_free(sgrt_roi *roi);
 /* mask: u8, N or H x W as the surface: 1 inside, 0 outside or absent. since 0.1 */
 SGRT_API sgrt_status sgrt_roi_mask(const sgrt_roi *roi, const sgrt_surface *surface, const sgrt_mut_view *mask);
 
+/* The region under a rigid motion, as sgrt_surface_move moves the reference that it was drawn on. A polygon turns about the
+ * vertical alone, a box not at all: SGRT_E_INVALID_ARGUMENT. since 0.1 */
+SGRT_API sgrt_status sgrt_roi_move(const sgrt_roi *roi, const double pose[16], sgrt_roi **result);
+
+enum {
+  SGRT_ROI_POLYGON = 1, /* f64, V x 2, mm; absent for a box */
+  SGRT_ROI_BOX = 2      /* f64, 2 x 3, mm: min and max; absent for a polygon */
+};
+/* Lends what the region was made from; it lives as long as the region. SGRT_E_INVALID_ARGUMENT  unknown field. since 0.1 */
+SGRT_API sgrt_status sgrt_roi_array(const sgrt_roi *roi, int32_t field, sgrt_view *view);
+
 /* --------------------------------------------------------------------------------------------------------- frame */
 
 /* Where the patient is: D(x) = R (x - iso) + iso + t maps the reference (the plan) to the live patient, with
@@ -334,6 +350,12 @@ SGRT_API sgrt_status sgrt_frame_pose_from_displacement(const sgrt_patient_displa
 SGRT_API sgrt_status sgrt_frame_pose_from_correction(const sgrt_couch_correction *correction,
                                                      const double isocentre_mm[3], double reference_from_live[16]);
 
+/* What a couch without pitch and roll can do about it: the correction by lat, lng, vrt and rtn that brings the isocentre back
+ * exactly and takes away the turn about the vertical; `remaining` is what the patient is then displaced by: his pitch and
+ * roll alone (docs/theory/frames.md eq. 5). Either output may be NULL. Errors as sgrt_frame_shift_from_pose. since 0.1 */
+SGRT_API sgrt_status sgrt_frame_four_dof(const double reference_from_live[16], const double isocentre_mm[3],
+                                         sgrt_couch_correction *correction, sgrt_patient_displacement *remaining);
+
 enum { SGRT_HFS = 0, SGRT_HFP = 1, SGRT_FFS = 2, SGRT_FFP = 3, SGRT_HFDL = 4, SGRT_HFDR = 5, SGRT_FFDL = 6, SGRT_FFDR = 7 };
 /* IEC 61217 fixed (couch at 0, plan's isocentre at the origin) from DICOM patient coordinates (LPS), 4 x 4.
  * patient_position: SGRT_HFS ... isocentre_dicom_mm: the plan's (300A,012C). since 0.1 */
@@ -341,6 +363,11 @@ SGRT_API sgrt_status sgrt_frame_fixed_from_dicom(int32_t patient_position, const
                                                  double fixed_from_dicom[16]);
 /* IEC 61217 fixed from the couch (patient support) turned by couch_deg, counter-clockwise seen from above: Rz, 4 x 4. since 0.1 */
 SGRT_API sgrt_status sgrt_frame_fixed_from_couch(double couch_deg, double fixed_from_couch[16]);
+/* IEC 61217 fixed from the gantry turned by gantry_deg, clockwise seen by who faces it: Ry, 4 x 4. since 0.1 */
+SGRT_API sgrt_status sgrt_frame_fixed_from_gantry(double gantry_deg, double fixed_from_gantry[16]);
+/* How what lies on the couch moves in the room when the couch turns from 0 to couch_deg: about the vertical through the
+ * isocentre. pose: 4 x 4, for sgrt_surface_move and sgrt_roi_move. since 0.1 */
+SGRT_API sgrt_status sgrt_frame_couch_turn(double couch_deg, const double isocentre_mm[3], double pose[16]);
 
 /* ----------------------------------------------------------------------------------------------------------- rig */
 
@@ -404,14 +431,15 @@ typedef struct sgrt_stereo sgrt_stereo;
 
 typedef struct sgrt_stereo_options {
   uint32_t struct_size;
-  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 15 */
-  int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 4 */
+  int32_t window_px;       /* side of the square window, odd, 9 to 41; default 21 */
+  int32_t stride_px;       /* a point every so many pixels of the rectified left image, 1 to 32; default 3 */
   int32_t min_component;   /* groups of fewer connected points are rejected as ambiguous; default 30 */
   double volume_min_mm[3]; /* working volume, room axes; it decides the search range. Default -infinity ... */
   double volume_max_mm[3]; /* ... +infinity: wherever both cameras see */
   double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.8 */
   double max_left_right_px; /* left-right check; default 0.5 */
-  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.15 */
+  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.1 */
+  double max_epipolar_px;  /* off the epipolar lines by more (RMS), the rig is out of calibration; default 0.1 */
 } sgrt_stereo_options;
 SGRT_API sgrt_status sgrt_stereo_options_init(sgrt_stereo_options *options, size_t size);
 
@@ -450,6 +478,15 @@ typedef struct sgrt_stereo_info {
   double noise_left;     /* image noise estimated from the matches' residuals, grey levels of the left image; NaN if nothing matched */
   double median_sigma_px; /* predicted one-sigma of a match along the epipolar line */
   double median_sigma_mm;
+  /* The rig on trial: how far matches lie off their epipolar lines, px, over a subset of windows. A right rig leaves noise
+   * alone. NaN where fewer than 20 windows answer. */
+  double epipolar_px;       /* the median: row in the right image less the row that the rig predicts, rectified */
+  double epipolar_sigma_px; /* its sigma */
+  double epipolar_rms_px;   /* over the image, noise taken out */
+  int64_t epipolar_count;   /* windows that answered */
+  int32_t out_of_calibration; /* 1: epipolar_rms_px is beyond max_epipolar_px and beyond three sigma. Depths are then wrong
+                                 by an unknown amount: calibrate again */
+  int32_t reserved2;
 } sgrt_stereo_info;
 SGRT_API sgrt_status sgrt_stereo_summary(const sgrt_stereo *result, sgrt_stereo_info *info);
 
@@ -477,6 +514,400 @@ SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
 
+/* --------------------------------------------------------------------------------------------------- nurbs_curve */
+
+/* A non-uniform rational B-spline curve (eq. 10.4 to 10.10; docs/theory/nurbs.md). Immutable; tools give a new one. */
+typedef struct sgrt_nurbs_curve sgrt_nurbs_curve;
+
+typedef struct sgrt_nurbs_curve_data {
+  uint32_t struct_size;
+  int32_t degree;           /* 1 to 24; default 3 */
+  sgrt_view knots;          /* N + degree + 1, not decreasing; absent: uniform, clamped, on [0, 1] */
+  sgrt_view control_points; /* N x 3, mm */
+  sgrt_view weights;        /* N, above 0 (1e-9 to 1e9); absent: all 1 */
+} sgrt_nurbs_curve_data;
+/* Empties *data and sets its struct_size and defaults. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_data_init(sgrt_nurbs_curve_data *data, size_t size);
+
+/* SGRT_E_INVALID_ARGUMENT  knots that decrease or are too few or too many (the message says how many), an inner knot more
+ *                          often than the degree, an end knot more often than degree + 1, an empty domain; fewer than
+ *                          degree + 1 control points, one that is not finite or beyond 1e5 mm; a weight out of range
+ * SGRT_E_LIMIT             a degree above 24, more than a million knots. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_create(const sgrt_nurbs_curve_data *data, sgrt_nurbs_curve **curve);
+/* nurbs.json, schema sgrt-nurbs/1; it need not end with NUL. SGRT_E_FORMAT  the message names the field.
+ * SGRT_E_LIMIT  above 16 MiB. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_from_json(const char *text, size_t size, sgrt_nurbs_curve **curve);
+/* centre + cos(t) x + sin(t) y, t from begin_rad to end_rad, at most one turn; domain [0, 1]. Exact: a circle where x and
+ * y are perpendicular and equally long, else an ellipse (A7.1). since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_arc(const double centre_mm[3], const double x_mm[3], const double y_mm[3],
+                                          double begin_rad, double end_rad, sgrt_nurbs_curve **curve);
+
+/* The parameter of a data point: equal steps, by chord length, by its square root. */
+enum { SGRT_PARAMETERS_UNIFORM = 0, SGRT_PARAMETERS_CHORD = 1, SGRT_PARAMETERS_CENTRIPETAL = 2 };
+/* The curve of `count` control points through N x 3 points (count = N or 0: A9.1), or the least-squares one that keeps
+ * the first and the last (A9.6). Domain [0, 1].
+ * SGRT_E_INSUFFICIENT_DATA  fewer than degree + 1 points
+ * SGRT_E_DEGENERATE         points that coincide, so that there is no such curve. *curve is not written. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_interpolate(const sgrt_view *points_mm, int32_t degree, int32_t count,
+                                                  int32_t parameters, sgrt_nurbs_curve **curve);
+SGRT_API void sgrt_nurbs_curve_free(sgrt_nurbs_curve *curve);
+
+typedef struct sgrt_nurbs_curve_info {
+  uint32_t struct_size;
+  int32_t degree;
+  int32_t count;    /* of control points */
+  int32_t rational; /* 0: all weights alike */
+  double domain[2];
+} sgrt_nurbs_curve_info;
+SGRT_API sgrt_status sgrt_nurbs_curve_summary(const sgrt_nurbs_curve *curve, sgrt_nurbs_curve_info *info);
+
+enum {
+  SGRT_NURBS_KNOTS_U = 1,        /* f64 */
+  SGRT_NURBS_KNOTS_V = 2,        /* f64, of a surface */
+  SGRT_NURBS_CONTROL_POINTS = 3, /* f64, N x 3; NU x NV x 3 of a surface; mm */
+  SGRT_NURBS_WEIGHTS = 4         /* f64, N; NU x NV of a surface; absent: all 1 */
+};
+SGRT_API sgrt_status sgrt_nurbs_curve_array(const sgrt_nurbs_curve *curve, int32_t field, sgrt_view *view);
+
+enum { SGRT_NURBS_JSON = 1 }; /* the file's text; reads back bit for bit */
+/* NULL for an unknown field. The text lives as long as the curve. since 0.1 */
+SGRT_API const char *sgrt_nurbs_curve_text(const sgrt_nurbs_curve *curve, int32_t field);
+
+/* A parameter outside the domain: an error, or the nearest end of the domain. */
+enum { SGRT_OUTSIDE_REFUSE = 0, SGRT_OUTSIDE_CLAMP = 1 };
+/* Points and derivatives (A4.2). u: N. derivatives: f64, N x (order + 1) x 3: C, C', C'' ...; order 0 to 24. At a knot
+ * the derivatives from the right; the domain's end belongs to its last span. Uses the context's threads, does not poll.
+ * SGRT_E_INVALID_ARGUMENT  NaN, u outside the domain unless clamped, order, outside. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_evaluate(sgrt_context *context, const sgrt_nurbs_curve *curve, const sgrt_view *u,
+                                               int32_t order, int32_t outside, const sgrt_mut_view *derivatives);
+/* The closest point of the curve to each of N x 3 points, over the whole curve (branch and bound, not only Newton). u,
+ * distance_mm, gap_mm: f64, N, any may be NULL. gap_mm: no point of the curve is nearer by more than this.
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_closest(sgrt_context *context, const sgrt_nurbs_curve *curve,
+                                              const sgrt_view *points_mm, const sgrt_mut_view *u,
+                                              const sgrt_mut_view *distance_mm, const sgrt_mut_view *gap_mm);
+/* Arc length from begin to end, to about 1e-13 of the curve's size; negative where end < begin. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_length(const sgrt_nurbs_curve *curve, double begin, double end, double *length_mm);
+
+/* Tools: the same shape in another form, to 1e-12 of its size. */
+/* Adds knots (A5.4), each at most to multiplicity degree. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_refine(const sgrt_nurbs_curve *curve, const sgrt_view *knots,
+                                             sgrt_nurbs_curve **result);
+/* Every inner knot to multiplicity degree, clamped (A5.6): control points i p to (i + 1) p are piece i. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_bezier(const sgrt_nurbs_curve *curve, sgrt_nurbs_curve **result);
+/* The part over [begin, end], clamped; twice it splits a curve. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_restrict(const sgrt_nurbs_curve *curve, double begin, double end,
+                                               sgrt_nurbs_curve **result);
+/* The degree raised by `times`; clamped (A5.9). since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_elevate(const sgrt_nurbs_curve *curve, int32_t times, sgrt_nurbs_curve **result);
+/* Removes the inner knot u, `times` times or as often as the curve moves by no more than tolerance_mm (A5.8). *count: how
+ * often; *bound_mm: the curve moved by no more than this anywhere; either may be NULL. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_remove_knot(const sgrt_nurbs_curve *curve, double u, int32_t times,
+                                                  double tolerance_mm, sgrt_nurbs_curve **result, int32_t *count,
+                                                  double *bound_mm);
+/* Lowers the degree by one where the curve moves by no more than tolerance_mm (A5.11); else *count is 0. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_reduce_degree(const sgrt_nurbs_curve *curve, double tolerance_mm,
+                                                    sgrt_nurbs_curve **result, int32_t *count, double *bound_mm);
+/* The same shape over [begin, end]; begin > end runs it backwards. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_curve_reparameterise(const sgrt_nurbs_curve *curve, double begin, double end,
+                                                     sgrt_nurbs_curve **result);
+
+/* ------------------------------------------------------------------------------------------------- nurbs_surface */
+
+/* A non-uniform rational B-spline surface (eq. 10.4). Direction 0 is u, 1 is v. Immutable; tools give a new one. */
+typedef struct sgrt_nurbs_surface sgrt_nurbs_surface;
+
+typedef struct sgrt_nurbs_surface_data {
+  uint32_t struct_size;
+  int32_t degree_u, degree_v; /* 1 to 24; default 3 */
+  int32_t reserved;
+  sgrt_view knots_u, knots_v; /* NU + degree_u + 1, NV + degree_v + 1; absent: uniform, clamped, on [0, 1] */
+  sgrt_view control_points;   /* NU x NV x 3, mm */
+  sgrt_view weights;          /* NU x NV, above 0; absent: all 1 */
+} sgrt_nurbs_surface_data;
+SGRT_API sgrt_status sgrt_nurbs_surface_data_init(sgrt_nurbs_surface_data *data, size_t size);
+
+/* Errors as sgrt_nurbs_curve_create. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_create(const sgrt_nurbs_surface_data *data, sgrt_nurbs_surface **surface);
+/* As sgrt_nurbs_curve_from_json. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_from_json(const char *text, size_t size, sgrt_nurbs_surface **surface);
+/* The chapter's eight steps: the points of an organised surface without holes become the control points, knots by eq. 10.9
+ * and 10.10. It approximates: at degree 3 a cap of radius R sampled at pitch h is flattened by h^2 / (3 R). u runs along
+ * a row of the grid, v across the rows, turned so that normals stay outward where the surface carries some. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_chapter(const sgrt_surface *surface, int32_t degree_u, int32_t degree_v,
+                                                sgrt_nurbs_surface **result);
+/* Through NU x NV x 3 points (count 0 or as many as points: A9.4), or the least-squares surface of fewer control points
+ * (A9.7), in each direction. Errors as sgrt_nurbs_curve_interpolate. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_interpolate(const sgrt_view *points_mm, const int32_t degree[2],
+                                                    const int32_t count[2], int32_t parameters,
+                                                    sgrt_nurbs_surface **surface);
+/* The curve turned about an axis by at most one turn (A8.1): u in [0, 1] turns counter-clockwise, v runs along the
+ * curve. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_revolve(const sgrt_nurbs_curve *curve, const double axis_point_mm[3],
+                                                const double axis_direction[3], double angle_rad,
+                                                sgrt_nurbs_surface **surface);
+/* Exact quadrics with outward normals; the cylinder from base to base + axis, without caps. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_sphere(const double centre_mm[3], double radius_mm,
+                                               sgrt_nurbs_surface **surface);
+SGRT_API sgrt_status sgrt_nurbs_surface_cylinder(const double base_mm[3], const double axis_mm[3], double radius_mm,
+                                                 sgrt_nurbs_surface **surface);
+SGRT_API sgrt_status sgrt_nurbs_surface_torus(const double centre_mm[3], const double axis[3], double radius_mm,
+                                              double tube_radius_mm, sgrt_nurbs_surface **surface);
+SGRT_API void sgrt_nurbs_surface_free(sgrt_nurbs_surface *surface);
+
+typedef struct sgrt_nurbs_surface_info {
+  uint32_t struct_size;
+  int32_t rational; /* 0: all weights alike */
+  int32_t degree[2];
+  int32_t count[2]; /* NU, NV */
+  double domain_u[2], domain_v[2];
+} sgrt_nurbs_surface_info;
+SGRT_API sgrt_status sgrt_nurbs_surface_summary(const sgrt_nurbs_surface *surface, sgrt_nurbs_surface_info *info);
+SGRT_API sgrt_status sgrt_nurbs_surface_array(const sgrt_nurbs_surface *surface, int32_t field, sgrt_view *view);
+SGRT_API const char *sgrt_nurbs_surface_text(const sgrt_nurbs_surface *surface, int32_t field);
+
+/* Points and partial derivatives (A4.4) at N x 2 pairs (u, v). derivatives: f64, N x K x 3 with K = (order + 1)
+ * (order + 2) / 2: S, S_u, S_v, S_uu, S_uv, S_vv, S_uuu ...; order 0 to 24. Otherwise as sgrt_nurbs_curve_evaluate.
+ * since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_evaluate(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                                 const sgrt_view *uv, int32_t order, int32_t outside,
+                                                 const sgrt_mut_view *derivatives);
+/* The same on the grid of u (NU) and v (NV): derivatives NU x NV x K x 3. Fastest with v sorted; the same bits as
+ * point by point. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_grid(sgrt_context *context, const sgrt_nurbs_surface *surface, const sgrt_view *u,
+                                             const sgrt_view *v, int32_t order, int32_t outside,
+                                             const sgrt_mut_view *derivatives);
+/* Unit normals S_u x S_v, f64, N x 3; at a pole or a degenerate edge their limit from inside, NaN where there is none.
+ * since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_normals(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                                const sgrt_view *uv, int32_t outside, const sgrt_mut_view *normals);
+/* As sgrt_nurbs_curve_closest; uv: N x 2. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_closest(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                                const sgrt_view *points_mm, const sgrt_mut_view *uv,
+                                                const sgrt_mut_view *distance_mm, const sgrt_mut_view *gap_mm);
+/* A mesh of triangles, with exact normals, that lies within chord_error_mm of the surface (a bound, not an estimate).
+ * SGRT_E_LIMIT  it would take more than 50 million points
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_surface_mesh(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                             double chord_error_mm, sgrt_surface **mesh);
+
+/* Tools along one direction, as those of the curve. */
+SGRT_API sgrt_status sgrt_nurbs_surface_refine(const sgrt_nurbs_surface *surface, int32_t direction,
+                                               const sgrt_view *knots, sgrt_nurbs_surface **result);
+SGRT_API sgrt_status sgrt_nurbs_surface_bezier(const sgrt_nurbs_surface *surface, int32_t direction,
+                                               sgrt_nurbs_surface **result);
+SGRT_API sgrt_status sgrt_nurbs_surface_restrict(const sgrt_nurbs_surface *surface, int32_t direction, double begin,
+                                                 double end, sgrt_nurbs_surface **result);
+SGRT_API sgrt_status sgrt_nurbs_surface_elevate(const sgrt_nurbs_surface *surface, int32_t direction, int32_t times,
+                                                sgrt_nurbs_surface **result);
+SGRT_API sgrt_status sgrt_nurbs_surface_remove_knot(const sgrt_nurbs_surface *surface, int32_t direction, double u,
+                                                    int32_t times, double tolerance_mm, sgrt_nurbs_surface **result,
+                                                    int32_t *count, double *bound_mm);
+SGRT_API sgrt_status sgrt_nurbs_surface_reduce_degree(const sgrt_nurbs_surface *surface, int32_t direction,
+                                                      double tolerance_mm, sgrt_nurbs_surface **result, int32_t *count,
+                                                      double *bound_mm);
+SGRT_API sgrt_status sgrt_nurbs_surface_reparameterise(const sgrt_nurbs_surface *surface, int32_t direction,
+                                                       double begin, double end, sgrt_nurbs_surface **result);
+/* ----------------------------------------------------------------------------------------------------- nurbs_fit */
+
+/* A smooth surface through scattered points with noise, holes and outliers, and how sure it is: cubic tensor-product
+ * B-splines by penalised robust least squares (docs/theory/nurbs_fit.md). Immutable. */
+typedef struct sgrt_nurbs_fit sgrt_nurbs_fit;
+
+/* What the parameters u and v run over. */
+enum {
+  SGRT_NURBS_CHART_AUTO = 0,     /* a plane where the body is a height field, else the less steep of the next two */
+  SGRT_NURBS_CHART_PLANE = 1,    /* a height field over the best plane, or along axis */
+  SGRT_NURBS_CHART_CYLINDER = 2, /* angle x height about an axis: a torso, a limb; closed where the points go all round */
+  SGRT_NURBS_CHART_SPHERE = 3,   /* directions from inside, without a pole among the points: a head */
+  SGRT_NURBS_CHART_GRID = 4      /* the column and row of an organised surface */
+};
+enum {
+  SGRT_NURBS_SMOOTHING_REML = 0, /* restricted maximum likelihood */
+  SGRT_NURBS_SMOOTHING_GCV = 1,  /* generalised cross-validation */
+  SGRT_NURBS_SMOOTHING_GIVEN = 2 /* lambda */
+};
+
+typedef struct sgrt_nurbs_fit_options {
+  uint32_t struct_size;
+  int32_t chart;              /* SGRT_NURBS_CHART_...; default AUTO */
+  int32_t smoothing;          /* SGRT_NURBS_SMOOTHING_...; default REML */
+  int32_t robust;             /* 0: least squares; 1: outliers do not count. Default 1 */
+  int32_t control_points[2];  /* in u and v, 4 to 2000 (round a closed body 8); 0: from the density. Default 0, 0 */
+  int32_t max_control_points; /* in all, where they are chosen, 16 to 100,000; default 10,000 */
+  int32_t reserved;
+  double axis[3];             /* of the height field (outward) or the cylinder; 0 0 0: estimated. Default 0 0 0 */
+  double lambda;              /* of SMOOTHING_GIVEN: weight of the bending energy against sum (r / sigma)^2, >= 0; default 1 */
+  double tukey;               /* residuals beyond so many sigma do not count, 2 to 100; default 4.685 */
+} sgrt_nurbs_fit_options;
+SGRT_API sgrt_status sgrt_nurbs_fit_options_init(sgrt_nurbs_fit_options *options, size_t size);
+
+/* Fits the surface that minimises sum w (r / sigma)^2 + lambda * integral(f_uu^2 + 2 f_uv^2 + f_vv^2) over its chart
+ * (docs/theory/nurbs_fit.md eq. 6). A plane comes back exactly whatever lambda is.
+ *
+ * surface: at least 16 points, mm. sigma_mm or covariance weigh the points; without them sigma is estimated. Normals, where
+ * there are any, say what is outward; else +z. options may be NULL. *fit is written for SGRT_OK only; free with
+ * sgrt_nurbs_fit_free. Uses the context's threads; the result does not depend on their number.
+ *
+ * SGRT_E_INVALID_ARGUMENT   an option out of range, SGRT_NURBS_CHART_GRID for a surface that is not organised
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 16 points
+ * SGRT_E_DEGENERATE         all points on a line or in one place; too flat or too closed for the chart asked for;
+ *                           lambda = 0 where control points have no data
+ * SGRT_E_LIMIT              control points whose band matrix exceeds 1 GiB
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_create(sgrt_context *context, const sgrt_surface *surface,
+                                           const sgrt_nurbs_fit_options *options, sgrt_nurbs_fit **fit);
+SGRT_API void sgrt_nurbs_fit_free(sgrt_nurbs_fit *fit);
+
+typedef struct sgrt_nurbs_fit_info {
+  uint32_t struct_size;
+  int32_t chart;             /* SGRT_NURBS_CHART_... that was used */
+  int32_t control_points[2]; /* of the surface, in u and v */
+  int32_t closed;            /* 1: the surface goes all round in u */
+  int32_t iterations;        /* solutions with new weights */
+  int64_t point_count;       /* present points of the surface */
+  int64_t inlier_count;      /* points with a weight above 0 */
+  double lambda;
+  double effective_parameters; /* trace of the smoother */
+  double noise;              /* estimated sigma along the normal: in units of the points' own; mm where they have none */
+  double rms_mm;             /* of the inliers' distances along the normal */
+  double conversion_error_mm; /* the surface is a spline, a chart on a cylinder or sphere is not: largest difference found */
+} sgrt_nurbs_fit_info;
+SGRT_API sgrt_status sgrt_nurbs_fit_summary(const sgrt_nurbs_fit *fit, sgrt_nurbs_fit_info *info);
+
+enum {
+  SGRT_NURBS_FIT_RESIDUAL = 1,       /* f64, N or H x W as the surface: mm along the normal, positive outside; NaN where absent */
+  SGRT_NURBS_FIT_WEIGHT = 2,         /* f64, like it: robust weight, 0 (outlier) to 1 */
+  SGRT_NURBS_FIT_PARAMETERS = 3      /* f64, N x 2 or H x W x 2: u, v of each point */
+};
+/* Lends an array; it lives as long as the fit. SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_array(const sgrt_nurbs_fit *fit, int32_t field, sgrt_view *view);
+
+/* The fitted surface as a new handle, clamped on [0, 1] x [0, 1]; free both. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_surface(const sgrt_nurbs_fit *fit, sgrt_nurbs_surface **surface);
+
+/* The fit as numbers, to travel between processes, and back: the same fit to the last bit. count: how many they are;
+ * numbers: f64, one dimension, or its data NULL to learn the count alone; both may be NULL, not both at once. What the
+ * numbers mean may change between versions, which from_state tells apart.
+ * SGRT_E_INVALID_ARGUMENT  another length; numbers that are no such state. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_state(const sgrt_nurbs_fit *fit, const sgrt_mut_view *numbers, int64_t *count);
+SGRT_API sgrt_status sgrt_nurbs_fit_from_state(const sgrt_view *numbers, sgrt_nurbs_fit **fit);
+
+/* What is wanted of N places; an array whose data is NULL is not. All f64. */
+typedef struct sgrt_nurbs_fit_samples {
+  uint32_t struct_size;
+  int32_t reserved;
+  sgrt_mut_view points;            /* N x 3, mm */
+  sgrt_mut_view normals;           /* N x 3, unit, outward */
+  sgrt_mut_view sigma_mm;          /* N: one sigma of the surface along its normal, bias by smoothing included */
+  sgrt_mut_view support;           /* N: 1 with points all round, 0 with none near; below 0.5 it is extrapolated */
+  sgrt_mut_view covariance;        /* N x 6: of the point, xx xy xz yy yz zz, mm2 */
+  sgrt_mut_view normal_covariance; /* N x 6: of the normal (delta method) */
+  sgrt_mut_view derivatives;       /* N x 5 x 3: S_u S_v S_uu S_uv S_vv, mm */
+  sgrt_mut_view derivative_covariance; /* N x 5 x 6, mm2 */
+} sgrt_nurbs_fit_samples;
+/* Empties *samples and sets its struct_size. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_samples_init(sgrt_nurbs_fit_samples *samples, size_t size);
+
+/* The surface and its posterior at parameters uv: N x 2, each in [0, 1].
+ * SGRT_E_INVALID_ARGUMENT  a parameter outside or not finite; an output of another shape. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_evaluate(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *uv,
+                                             const sgrt_nurbs_fit_samples *samples);
+/* Parameters of the surface points nearest to points (N x 3, mm), from their feet in the chart downhill: meant for points
+ * near the surface. uv: f64, N x 2. SGRT_E_INVALID_ARGUMENT  a point that is not finite. since 0.1 */
+SGRT_API sgrt_status sgrt_nurbs_fit_nearest(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *points,
+                                            const sgrt_mut_view *uv);
+
+/* -------------------------------------------------------------------------------------------------------- volume */
+
+/* A closed body with the skin round it: what a planning CT or a structure set says of the patient. Immutable. */
+typedef struct sgrt_volume sgrt_volume;
+
+typedef struct sgrt_volume_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double rescale_slope, rescale_intercept; /* value = slope * stored + intercept, HU; default 1, 0 */
+  double threshold_hu;      /* where the skin lies; NaN, the default: at each place half-way between the air outside and the tissue inside */
+  double body_threshold_hu; /* what tells tissue from air to find the body; default -480 */
+  double closing_mm;        /* air that a ball of this radius cannot reach from outside is inside (airways, lips); 0 to 50; default 4 */
+  double smoothing_mm;      /* radius of the quadric that smooths without shrinking, 0: none, at most 50; NaN, the default: 2.5 mm or twice the
+                               coarsest spacing */
+  double padding_hu;        /* value of voxels that were not scanned; NaN, the default: all below -1100 */
+  double down[3];           /* towards the couch, in the volume's frame: (0, 1, 0) in DICOM coordinates of a supine patient. Default 0, 0, 0: no
+                               couch is searched for */
+} sgrt_volume_options;
+SGRT_API sgrt_status sgrt_volume_options_init(sgrt_volume_options *options, size_t size);
+
+/* The skin of a CT volume (docs/theory/volume.md): couch removed, the largest body, airways closed, sub-voxel by the profile across each place of
+ * the skin.
+ *
+ * voxels: slices x rows x columns, i16, u16, u8 or f32, borrowed for the call and not copied. frame_from_voxel: 4 x 4, mm, maps (column, row,
+ * slice) to the frame in which the result is wanted; any spacing, oblique or mirrored. options may be NULL.
+ *
+ * SGRT_E_INVALID_ARGUMENT  dtype, shape, a side below 2; a matrix that is not affine or flattens the volume; an option out of range; a voxel
+ *                          that is NaN or Inf
+ * SGRT_E_NOT_FOUND         no voxel above body_threshold_hu, or the body meets air nowhere inside the volume
+ * SGRT_E_LIMIT             a side above 32,768, more than 4 GiB of voxels
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_volume_skin(sgrt_context *context, const sgrt_view *voxels, const double frame_from_voxel[16],
+                                      const sgrt_volume_options *options, sgrt_volume **volume);
+
+typedef struct sgrt_contours_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double pixel_mm;     /* of the maps of distance to the contours, 0.1 to 10; default 0.75 */
+  double smoothing_mm; /* as in sgrt_volume_options; default 0: the surface goes through the contours */
+} sgrt_contours_options;
+SGRT_API sgrt_status sgrt_contours_options_init(sgrt_contours_options *options, size_t size);
+
+/* A closed surface from planar contours on a stack of slices, e.g. the EXTERNAL structure of an RTSTRUCT: between slices the signed distance is
+ * interpolated (Raya and Udupa 1990), so that legs and arms branch. Contours within contours are holes (even-odd rule). Slices may be unequally
+ * spaced.
+ *
+ * points: P x 3, mm, all contours one after the other. lengths: C, i32, points of each contour, 3 or more; they sum to P. options may be NULL.
+ *
+ * SGRT_E_INVALID_ARGUMENT  lengths that do not sum to P; a contour that leaves its plane by more than 0.05 mm, or is not parallel to the others (named)
+ * SGRT_E_INSUFFICIENT_DATA all on one slice, no contour with an area
+ * SGRT_E_LIMIT             more than 5e8 pixels in all: choose a larger pixel_mm
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_contours_close(sgrt_context *context, const sgrt_view *points, const sgrt_view *lengths,
+                                         const sgrt_contours_options *options, sgrt_volume **volume);
+SGRT_API void sgrt_volume_free(sgrt_volume *volume);
+
+/* Why a vertex is not skin that was measured; 0: it is. */
+enum {
+  SGRT_SKIN_CUT = 1,     /* the body goes on beyond the volume or the round field of view */
+  SGRT_SKIN_CONTACT = 2, /* the couch or another object touches the skin */
+  SGRT_SKIN_CLOSED = 4,  /* an airway or cavity was closed here */
+  SGRT_SKIN_NO_EDGE = 8  /* no clear edge between air and tissue */
+};
+
+typedef struct sgrt_volume_info {
+  uint32_t struct_size;
+  int32_t couch_found;      /* 1: a couch was found and cut away */
+  int64_t vertex_count, face_count;
+  int64_t flag_count[4];    /* vertices with SGRT_SKIN_CUT, _CONTACT, _CLOSED, _NO_EDGE */
+  double volume_mm3;        /* of the closed mesh */
+  double bias_mm;           /* mean over the unflagged vertices of SGRT_VOLUME_BIAS */
+  double sigma_mm;          /* their median sigma; NaN where there is none */
+  double contrast_hu;       /* median of tissue minus air; NaN for contours */
+  double slice_spacing_mm, largest_gap_mm; /* between slices: the median and the largest */
+  int64_t slice_count;
+} sgrt_volume_info;
+SGRT_API sgrt_status sgrt_volume_summary(const sgrt_volume *volume, sgrt_volume_info *info);
+
+enum {
+  SGRT_VOLUME_POINTS = 1,  /* f64, N x 3, vertices of the closed mesh, mm */
+  SGRT_VOLUME_NORMALS = 2, /* f64, N x 3, outward */
+  SGRT_VOLUME_FACES = 3,   /* i32, M x 3, counter-clockwise seen from outside; each edge has two faces */
+  SGRT_VOLUME_SIGMA = 4,   /* f64, N, one sigma along the normal, mm; NaN where flagged; absent without smoothing and for contours */
+  SGRT_VOLUME_BIAS = 5,    /* f64, N, expected distance of the vertex outside (+) the true skin, mm: threshold and blur */
+  SGRT_VOLUME_FLAGS = 6    /* u8, N, SGRT_SKIN_... */
+};
+SGRT_API sgrt_status sgrt_volume_array(const sgrt_volume *volume, int32_t field, sgrt_view *view);
+/* The part of the mesh whose vertices have none of the flags in `without` (a sum of SGRT_SKIN_...; 15: only measured skin, 0: the closed body), as
+ * a surface with normals and, where there is one for every vertex, sigma. SGRT_E_NOT_FOUND  nothing is left. since 0.1 */
+SGRT_API sgrt_status sgrt_volume_surface(const sgrt_volume *volume, int32_t without, sgrt_surface **surface);
 /* ----------------------------------------------------------------------------------------------------------- icp */
 
 /* Result of a fine registration. */
@@ -550,6 +981,175 @@ enum {
   SGRT_ICP_WORDS = 2    /* of free motion `index`: "slides along LNG" */
 };
 SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_t index);
+
+/* -------------------------------------------------------------------------------------------------------- deform */
+
+/* Result of a registration of a body that is not rigid. */
+typedef struct sgrt_deform sgrt_deform;
+
+enum {
+  SGRT_DEFORM_RIGID = 0,      /* find the region that moved rigidly and report its motion alone */
+  SGRT_DEFORM_SIMILARITY = 1, /* one scale for all */
+  SGRT_DEFORM_FIELD = 2       /* as SGRT_DEFORM_RIGID, and a smooth displacement field over that motion */
+};
+
+typedef struct sgrt_deform_options {
+  uint32_t struct_size;
+  int32_t mode;            /* SGRT_DEFORM_...; default SGRT_DEFORM_RIGID */
+  double min_rigid_share;  /* of the region's seen area, 0 to 1; below it nothing can be told; default 0.6 */
+  double max_structure_mm; /* coherent change of shape, rms, that may be left in what is taken for rigid; default 0.1 */
+  double max_rivalry;      /* of another motion, see runner_up_rivalry; above it the answer is ambiguous; default 0.5 */
+  double stiffness;        /* of the field, relative; higher: smoother; default 1 */
+} sgrt_deform_options;
+SGRT_API sgrt_status sgrt_deform_options_init(sgrt_deform_options *options, size_t size);
+
+/* Lays `live` on `reference` although the body changed its shape (an expression, a breath): the motion of the part that moved
+ * rigidly, apart from the deformation of the rest (docs/theory/nonrigid.md). Arguments as sgrt_icp_align; icp_options may be NULL.
+ * *result is written for SGRT_OK and for statuses 10-19; free with sgrt_deform_free.
+ *
+ * SGRT_E_NOT_FOUND   cannot tell: too little of the region moved as one (options->min_rigid_share), or what did still changes its shape; the
+ *                    scale ran away; no overlap
+ * SGRT_E_DEGENERATE  cannot tell: two motions explain the region nearly as well; the surfaces leave a motion or the size free
+ * otherwise as sgrt_icp_align. since 0.1 */
+SGRT_API sgrt_status sgrt_deform_align(sgrt_context *context, const sgrt_surface *reference, const sgrt_surface *live,
+                                       const double isocentre_mm[3], const sgrt_roi *roi,
+                                       const double initial_reference_from_live[16], const sgrt_deform_options *options,
+                                       const sgrt_icp_options *icp_options, sgrt_deform **result);
+SGRT_API void sgrt_deform_free(sgrt_deform *result);
+
+/* Numbers are NaN where they were not found. With SGRT_DEFORM_SIMILARITY live is first scaled about the isocentre,
+ * x -> iso + scale (x - iso), then moved by reference_from_live. */
+typedef struct sgrt_deform_info {
+  uint32_t struct_size;
+  sgrt_status status; /* as sgrt_deform_align returned */
+  int32_t verdict;    /* SGRT_VERDICT_... */
+  int32_t free_count; /* free directions, see SGRT_DEFORM_WORDS */
+  double reference_from_live[16]; /* of the rigid part */
+  double isocentre_mm[3];
+  sgrt_patient_displacement displacement;
+  sgrt_couch_correction correction;
+  double covariance[36]; /* as sgrt_icp_info's; with what the change of shape may do to it */
+  double sigma_mm[3];
+  double sigma_deg[3];
+  double rms_mm;       /* of the rigid part */
+  double inlier_share; /* of its points */
+  double rigid_share;  /* of the region's seen area: what moved as one */
+  double structure_mm; /* rms, coherent change of shape found within it */
+  double runner_up_share;       /* explained by the best motion that differs from the answer; 0: there is none */
+  double runner_up_distance_mm; /* by which it differs at the isocentre, turns at 100 mm */
+  double runner_up_rivalry;     /* area that it alone explains over area that the answer alone explains */
+  double scale, scale_sigma;    /* live to reference; 1 and NaN but with SGRT_DEFORM_SIMILARITY */
+  double deformation_rms_mm, deformation_max_mm; /* of the map; 0 without one */
+} sgrt_deform_info;
+SGRT_API sgrt_status sgrt_deform_summary(const sgrt_deform *result, sgrt_deform_info *info);
+
+enum {
+  SGRT_DEFORM_PART = 1,     /* u8, N or H x W as live: 1 moved rigidly, 0 changed its shape, 255 not known; not for similarity */
+  SGRT_DEFORM_DISTANCE = 2, /* f64, like it: signed distance map at the rigid part's pose, mm */
+  SGRT_DEFORM_MAP = 3       /* f64, N x 3 or H x W x 3: the change of shape of each live point, mm, reference axes; NaN where not
+                               known; absent but with SGRT_DEFORM_FIELD */
+};
+SGRT_API sgrt_status sgrt_deform_array(const sgrt_deform *result, int32_t field, sgrt_view *view);
+
+enum {
+  SGRT_DEFORM_VERDICT = 1, /* "ok", "weak: ...", or why it cannot tell */
+  SGRT_DEFORM_WORDS = 2    /* of free motion `index` */
+};
+SGRT_API const char *sgrt_deform_text(const sgrt_deform *result, int32_t field, int32_t index);
+
+/* ------------------------------------------------------------------------------------------------------- tracker */
+
+/* Session: surfaces in, shifts out, and whether the beam may be on (docs/theory/tracking.md). Each frame starts where the motion
+ * of the last ones predicts. One thread at a time. */
+typedef struct sgrt_tracker sgrt_tracker;
+
+/* Tolerances: conventional 2 mm and 1 deg, SBRT and SRS 1 mm and 0.5 deg, of the length of the translation at the isocentre and
+ * of the angle of the rotation. */
+enum { SGRT_PROFILE_CONVENTIONAL = 0, SGRT_PROFILE_SBRT = 1, SGRT_PROFILE_SRS = 2 };
+
+typedef struct sgrt_tracker_options {
+  uint32_t struct_size;
+  int32_t profile;      /* SGRT_PROFILE_...; default conventional */
+  int32_t gated;        /* 1: the beam is on only inside the breathing window (DIBH); default 0 */
+  int32_t reserved;
+  double tolerance_mm;  /* 0, the default: the profile's */
+  double tolerance_deg; /* 0, the default: the profile's */
+  double hysteresis;    /* after a hold the beam comes on at this share of the tolerance and of the window; default 0.8 */
+  double resume_s;      /* and after it has stayed within it for so long; default 0 */
+  double max_gap_s;     /* after a longer pause no motion is predicted, and the beam comes back as from a hold; default 1 */
+  double gate_low_mm;   /* the window of the breathing amplitude; default -1.5 ... */
+  double gate_high_mm;  /* ... 1.5 */
+} sgrt_tracker_options;
+SGRT_API sgrt_status sgrt_tracker_options_init(sgrt_tracker_options *options, size_t size);
+
+/* reference, isocentre_mm, roi (may be NULL): as sgrt_icp_align. gate_roi: the patch of the reference whose height over it is the
+ * breathing amplitude, outward positive; NULL: no trace, and options->gated must be 0. options, icp_options may be NULL; the
+ * latter's weak_sigma_mm is lowered to half the tolerance. The reference is kept; it may be freed.
+ * SGRT_E_INVALID_ARGUMENT   an option out of range, gated without gate_roi
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 6 points of the reference in roi or gate_roi; *tracker is not written. since 0.1 */
+SGRT_API sgrt_status sgrt_tracker_create(sgrt_context *context, const sgrt_surface *reference,
+                                         const double isocentre_mm[3], const sgrt_roi *roi, const sgrt_roi *gate_roi,
+                                         const sgrt_tracker_options *options, const sgrt_icp_options *icp_options,
+                                         sgrt_tracker **tracker);
+SGRT_API void sgrt_tracker_free(sgrt_tracker *tracker);
+
+enum { SGRT_BEAM_HOLD = 0, SGRT_BEAM_ON = 1 };
+/* Why the beam holds: bits of sgrt_tracker_info.hold. */
+enum {
+  SGRT_HOLD_NO_POSE = 1,      /* no pose was found */
+  SGRT_HOLD_WEAK = 2,         /* a pose that is not certain enough for the tolerance */
+  SGRT_HOLD_TRANSLATION = 4,  /* beyond tolerance */
+  SGRT_HOLD_ROTATION = 8,     /* beyond tolerance */
+  SGRT_HOLD_BREATHING = 16,   /* outside the window, or not measured */
+  SGRT_HOLD_RETURNING = 32    /* back within tolerance, but not yet well inside, or not for long enough */
+};
+enum { SGRT_TRACK_LOST = 0, SGRT_TRACK_TRACKING = 1, SGRT_TRACK_FOUND = 2 /* the first trusted frame after a loss */ };
+
+/* All numbers are NaN where no pose was found. */
+typedef struct sgrt_tracker_info {
+  uint32_t struct_size;
+  sgrt_status status; /* of this frame's registration */
+  int32_t verdict;    /* SGRT_VERDICT_... */
+  int32_t beam;       /* SGRT_BEAM_...; on only with a trusted pose within tolerance */
+  int32_t hold;       /* SGRT_HOLD_... bits; 0 where the beam is on */
+  int32_t state;      /* SGRT_TRACK_... */
+  int32_t attempts;   /* starts tried: predicted, last seen, set up */
+  int32_t iterations;
+  int64_t frame;      /* its number, from 0 */
+  double time_s;
+  double reference_from_live[16];
+  sgrt_patient_displacement displacement;
+  sgrt_couch_correction correction;
+  sgrt_patient_displacement drift; /* since the first trusted frame */
+  double covariance[36];           /* as sgrt_icp_info's */
+  double sigma_mm[3];
+  double sigma_deg[3];
+  double rms_mm;
+  double inlier_share;
+  double breathing_mm;       /* amplitude over the reference along the patch's mean normal; NaN without gate_roi or points */
+  double breathing_sigma_mm;
+} sgrt_tracker_info;
+
+/* Takes one frame. live: may be NULL where the cameras had nothing: a frame without a pose. time_s: finite, must not decrease.
+ * info->struct_size must be set by the caller. **Whatever the status, what can be written of *info says SGRT_BEAM_HOLD unless the
+ * status is SGRT_OK**: after an error its numbers are NaN, so that a loop that looks at info->beam alone is safe.
+ * SGRT_E_INVALID_ARGUMENT  a time that runs backwards or is not finite; the session can go on, the beam has to come back
+ * statuses 10-19           no pose in this frame: as sgrt_icp_align; the next frame looks for the patient again
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_tracker_push(sgrt_context *context, sgrt_tracker *tracker, const sgrt_surface *live,
+                                       double time_s, sgrt_tracker_info *info);
+/* Another reference from the next frame on: motion, drift and beam start afresh, the time does not. Errors as
+ * sgrt_tracker_create, and then the old reference stays, the beam on hold. since 0.1 */
+SGRT_API sgrt_status sgrt_tracker_set_reference(sgrt_context *context, sgrt_tracker *tracker,
+                                                const sgrt_surface *reference, const sgrt_roi *roi,
+                                                const sgrt_roi *gate_roi);
+
+enum {
+  SGRT_TRACKER_VERDICT = 1, /* "ok", "weak: ...", or why the last frame has no pose; "" before the first */
+  SGRT_TRACKER_HOLD = 2     /* why the beam holds, in words; "" where it is on */
+};
+/* Lends a text of the last push, until the next one. NULL where tracker is NULL or the field unknown. since 0.1 */
+SGRT_API const char *sgrt_tracker_text(const sgrt_tracker *tracker, int32_t field);
 
 /* --------------------------------------------------------------------------------------------------------- board */
 
@@ -697,7 +1297,6 @@ SGRT_API sgrt_status sgrt_rig_pixel_covariance(sgrt_context *context, const sgrt
  * pixel coordinate (eq. 21-22). since 0.1 */
 SGRT_API sgrt_status sgrt_rig_point_covariance(sgrt_context *context, const sgrt_rig *rig, const char *pair_id,
                                                const sgrt_view *x_in_room, double noise_px, const sgrt_mut_view *covariance);
-
 #ifdef __cplusplus
 }
 #endif

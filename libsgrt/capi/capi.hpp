@@ -6,6 +6,7 @@
 #include <sgrt.h>
 
 #include <memory>
+#include <mutex>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -19,9 +20,15 @@
 #include "core/roi.hpp"
 #include "core/run.hpp"
 #include "core/surface.hpp"
+#include "nurbs/curve.hpp"
+#include "nurbs/evaluate.hpp"
+#include "nurbs/fit.hpp"
+#include "registration/deform.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
+#include "tracking/tracker.hpp"
+#include "volume/contours.hpp"
 
 struct sgrt_context {
   sgrt::ThreadPool pool;
@@ -53,6 +60,28 @@ struct sgrt_stereo_session {
   sgrt_stereo lent;
 };
 
+// The texts are written at the first wish for them.
+struct sgrt_nurbs_curve {
+  sgrt::NurbsCurve curve;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_nurbs_surface {
+  explicit sgrt_nurbs_surface(sgrt::NurbsSurface surface) : evaluator(std::move(surface)) {}
+  sgrt::SurfaceEvaluator evaluator;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_nurbs_fit {
+  sgrt::NurbsFit fit;
+};
+
+struct sgrt_volume {
+  sgrt::ClosedContours body;  // of a CT: its skin alone
+};
+
 struct sgrt_icp {
   sgrt::IcpResult result;
 };
@@ -63,6 +92,15 @@ struct sgrt_calibration {
   std::string message, report, rig_json;  // no rig: empty
   std::vector<std::string> warnings, parameters;
   std::vector<double> corners, covariance;
+};
+
+struct sgrt_deform {
+  sgrt::DeformResult result;
+};
+
+struct sgrt_tracker {
+  sgrt::Tracker tracker;
+  std::string hold_words;
 };
 
 namespace sgrt {
@@ -98,6 +136,8 @@ const char* guard_text(Body&& body) noexcept {
 // Threads, instruction set and callbacks of a call. Refuses a context whose own callback makes the call.
 Run run_of(sgrt_context* context);
 
+sgrt_icp_options to_c(const IcpOptions& o);
+IcpOptions from_c(const sgrt_icp_options& c);
 sgrt_patient_displacement to_c(const PatientDisplacement& d);
 sgrt_couch_correction to_c(const CouchCorrection& c);
 

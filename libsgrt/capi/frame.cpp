@@ -74,6 +74,16 @@ sgrt_status sgrt_frame_pose_from_correction(const sgrt_couch_correction* correct
   });
 }
 
+sgrt_status sgrt_frame_four_dof(const double reference_from_live[16], const double isocentre_mm[3],
+                                sgrt_couch_correction* correction, sgrt_patient_displacement* remaining) {
+  return guard([&] {
+    const Pose pose = rigid(reference_from_live, "reference_from_live");
+    const FourDof four = four_dof_of(pose, place(isocentre_mm, "isocentre_mm"));
+    if (correction) *correction = to_c(four.correction);
+    if (remaining) *remaining = to_c(four.remaining);
+  });
+}
+
 sgrt_status sgrt_frame_fixed_from_dicom(int32_t patient_position, const double isocentre_dicom_mm[3],
                                         double fixed_from_dicom[16]) {
   return guard([&] {
@@ -89,5 +99,21 @@ sgrt_status sgrt_frame_fixed_from_couch(double couch_deg, double fixed_from_couc
     check_range(couch_deg, -360, 360, "couch_deg");
     need(fixed_from_couch, "fixed_from_couch");
     pose_to_rows(sgrt::fixed_from_couch(couch_deg), fixed_from_couch);
+  });
+}
+
+sgrt_status sgrt_frame_fixed_from_gantry(double gantry_deg, double fixed_from_gantry[16]) {
+  return guard([&] {
+    check_range(gantry_deg, -360, 360, "gantry_deg");
+    need(fixed_from_gantry, "fixed_from_gantry");
+    pose_to_rows(sgrt::fixed_from_gantry(gantry_deg), fixed_from_gantry);
+  });
+}
+
+sgrt_status sgrt_frame_couch_turn(double couch_deg, const double isocentre_mm[3], double pose[16]) {
+  return guard([&] {
+    check_range(couch_deg, -360, 360, "couch_deg");
+    need(pose, "pose");
+    pose_to_rows(couch_turn(couch_deg, place(isocentre_mm, "isocentre_mm")), pose);
   });
 }

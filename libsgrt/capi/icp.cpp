@@ -15,38 +15,6 @@ static_assert(static_cast<int>(Verdict::kNone) == SGRT_VERDICT_NONE &&
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-sgrt_icp_options to_c(const IcpOptions& o) {
-  sgrt_icp_options c{};
-  c.struct_size = sizeof c;
-  c.max_iterations = o.max_iterations;
-  c.max_distance_mm = o.max_distance;
-  c.max_angle_deg = o.max_angle_deg;
-  c.min_inlier_share = o.min_inlier_share;
-  c.step_tolerance_mm = o.step_tolerance;
-  c.weak_sigma_mm = o.weak_sigma;
-  c.degenerate_sigma_mm = o.degenerate_sigma;
-  return c;
-}
-
-IcpOptions from_c(const sgrt_icp_options& c) {
-  IcpOptions o;
-  check_range(c.max_iterations, 1, 10'000, "options.max_iterations");
-  check_positive(c.max_distance_mm, kMaxCoordinate, "options.max_distance_mm");
-  check_positive(c.max_angle_deg, 90, "options.max_angle_deg");
-  check_range(c.min_inlier_share, 0, 1, "options.min_inlier_share");
-  check_positive(c.step_tolerance_mm, kMaxCoordinate, "options.step_tolerance_mm");
-  check_positive(c.weak_sigma_mm, kMaxCoordinate, "options.weak_sigma_mm");
-  check_positive(c.degenerate_sigma_mm, kMaxCoordinate, "options.degenerate_sigma_mm");
-  o.max_iterations = c.max_iterations;
-  o.max_distance = c.max_distance_mm;
-  o.max_angle_deg = c.max_angle_deg;
-  o.min_inlier_share = c.min_inlier_share;
-  o.step_tolerance = c.step_tolerance_mm;
-  o.weak_sigma = c.weak_sigma_mm;
-  o.degenerate_sigma = c.degenerate_sigma_mm;
-  return o;
-}
-
 sgrt_icp_info summary_of(const IcpResult& r) {
   sgrt_icp_info info{};
   info.status = static_cast<sgrt_status>(r.status);
@@ -97,6 +65,39 @@ const char* text_of_icp(const IcpResult& r, std::int32_t field, std::int32_t ind
 }
 
 }  // namespace
+
+sgrt_icp_options to_c(const IcpOptions& o) {
+  sgrt_icp_options c{};
+  c.struct_size = sizeof c;
+  c.max_iterations = o.max_iterations;
+  c.max_distance_mm = o.max_distance;
+  c.max_angle_deg = o.max_angle_deg;
+  c.min_inlier_share = o.min_inlier_share;
+  c.step_tolerance_mm = o.step_tolerance;
+  c.weak_sigma_mm = o.weak_sigma;
+  c.degenerate_sigma_mm = o.degenerate_sigma;
+  return c;
+}
+
+IcpOptions from_c(const sgrt_icp_options& c) {
+  IcpOptions o;
+  check_range(c.max_iterations, 1, 10'000, "options.max_iterations");
+  check_positive(c.max_distance_mm, kMaxCoordinate, "options.max_distance_mm");
+  check_positive(c.max_angle_deg, 90, "options.max_angle_deg");
+  check_range(c.min_inlier_share, 0, 1, "options.min_inlier_share");
+  check_positive(c.step_tolerance_mm, kMaxCoordinate, "options.step_tolerance_mm");
+  check_positive(c.weak_sigma_mm, kMaxCoordinate, "options.weak_sigma_mm");
+  check_positive(c.degenerate_sigma_mm, kMaxCoordinate, "options.degenerate_sigma_mm");
+  o.max_iterations = c.max_iterations;
+  o.max_distance = c.max_distance_mm;
+  o.max_angle_deg = c.max_angle_deg;
+  o.min_inlier_share = c.min_inlier_share;
+  o.step_tolerance = c.step_tolerance_mm;
+  o.weak_sigma = c.weak_sigma_mm;
+  o.degenerate_sigma = c.degenerate_sigma_mm;
+  return o;
+}
+
 }  // namespace sgrt
 
 using namespace sgrt;

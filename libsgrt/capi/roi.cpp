@@ -26,6 +26,32 @@ void sgrt_roi_free(sgrt_roi* roi) {
   guard([&] { delete roi; });
 }
 
+sgrt_status sgrt_roi_move(const sgrt_roi* roi, const double pose[16], sgrt_roi** result) {
+  return guard([&] {
+    need(roi, "roi");
+    need(result, "result");
+    *result = new sgrt_roi{moved(roi->roi, rigid(pose, "pose"))};
+  });
+}
+
+sgrt_status sgrt_roi_array(const sgrt_roi* roi, int32_t field, sgrt_view* view) {
+  return guard([&] {
+    need(roi, "roi");
+    need(view, "view");
+    if (field != SGRT_ROI_POLYGON && field != SGRT_ROI_BOX)
+      refuse("field", std::to_string(field), "SGRT_ROI_POLYGON (1) or SGRT_ROI_BOX (2)");
+    const auto vertices = static_cast<std::int64_t>(roi->roi.polygon.size());
+    const bool box = vertices == 0;
+    if ((field == SGRT_ROI_BOX) != box) {
+      *view = sgrt_view{};
+    } else {
+      static_assert(offsetof(Roi, box_max) == offsetof(Roi, box_min) + sizeof(Vec3));
+      *view = box ? lend(roi->roi.box_min.data(), SGRT_F64, {2, 3})
+                  : lend(roi->roi.polygon[0].data(), SGRT_F64, {vertices, 2});
+    }
+  });
+}
+
 sgrt_status sgrt_roi_mask(const sgrt_roi* roi, const sgrt_surface* surface, const sgrt_mut_view* mask) {
   return guard([&] {
     need(roi, "roi");

@@ -31,6 +31,7 @@ sgrt_stereo_options to_c(const StereoOptions& o) {
   c.min_correlation = o.min_correlation;
   c.max_left_right_px = o.max_left_right;
   c.max_sigma_px = o.max_sigma;
+  c.max_epipolar_px = o.max_epipolar;
   return c;
 }
 
@@ -45,6 +46,7 @@ StereoOptions from_c(const sgrt_stereo_options& c) {
   o.min_correlation = c.min_correlation;
   o.max_left_right = c.max_left_right_px;
   o.max_sigma = c.max_sigma_px;
+  o.max_epipolar = c.max_epipolar_px;
   return o;
 }
 
@@ -64,6 +66,11 @@ sgrt_stereo_info summary_of(const StereoResult& r) {
   info.noise_left = r.noise_left;
   info.median_sigma_px = r.median_sigma_px;
   info.median_sigma_mm = r.median_sigma_mm;
+  info.epipolar_px = r.epipolar_px;
+  info.epipolar_sigma_px = r.epipolar_sigma_px;
+  info.epipolar_rms_px = r.epipolar_rms_px;
+  info.epipolar_count = r.epipolar_count;
+  info.out_of_calibration = r.out_of_calibration ? 1 : 0;
   return info;
 }
 

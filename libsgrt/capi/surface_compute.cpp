@@ -68,6 +68,15 @@ void need_normals(const Surface& s, const char* name) {
 
 using namespace sgrt;
 
+sgrt_status sgrt_surface_move(sgrt_context* /*context*/, const sgrt_surface* surface, const double pose[16],
+                              sgrt_surface** result) {
+  return guard([&] {
+    need(surface, "surface");
+    need(result, "result");
+    *result = handle_of(make_surface(moved(*surface->surface, rigid(pose, "pose")))).release();
+  });
+}
+
 sgrt_status sgrt_surface_normals_options_init(sgrt_surface_normals_options* options, size_t size) {
   return guard([&] { init_struct(options, size, to_c(NormalsOptions{}), "options"); });
 }

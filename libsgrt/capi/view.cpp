@@ -47,6 +47,8 @@ bool is_kind(std::int32_t dtype, Kind kind) {
       return dtype == SGRT_I32;
     case Kind::kImage:
       return dtype == SGRT_U8 || dtype == SGRT_U16 || dtype == SGRT_F32;
+    case Kind::kVoxels:
+      return dtype == SGRT_I16 || dtype == SGRT_U16 || dtype == SGRT_U8 || dtype == SGRT_F32;
   }
   return false;
 }
@@ -59,6 +61,8 @@ const char* kind_text(Kind kind) {
       return "int32";
     case Kind::kImage:
       return "uint8, uint16 or float32";
+    case Kind::kVoxels:
+      return "int16, uint16, uint8 or float32";
   }
   return "";
 }

@@ -96,6 +96,23 @@ Pose pose_of(const CouchCorrection& correction, const Vec3& isocentre) {
   return motion_of(correction, isocentre);
 }
 
+// R_D = Rz(rtn) Rx(pitch) Ry(roll): the turn Rz(-rtn), outermost, leaves Rx(pitch) Ry(roll); -Rz(-rtn) t brings the
+// isocentre back.
+FourDof four_dof_of(const Pose& reference_from_live, const Vec3& isocentre) {
+  const PatientDisplacement d = displacement_of(reference_from_live, isocentre);
+  const SinCos z = sin_cos_deg(-d.rtn_deg);
+  FourDof out;
+  static_cast<SixDof&>(out.correction) = {-(z.cos * d.lat_mm - z.sin * d.lng_mm),
+                                          -(z.sin * d.lat_mm + z.cos * d.lng_mm),
+                                          -d.vrt_mm,
+                                          0,
+                                          0,
+                                          -d.rtn_deg,
+                                          d.mag_mm};
+  static_cast<SixDof&>(out.remaining) = {0, 0, 0, d.pitch_deg, d.roll_deg, 0, 0};
+  return out;
+}
+
 Pose fixed_from_dicom(PatientPosition position, const Vec3& isocentre_dicom) {
   require(isocentre_dicom.allFinite(), "isocentre_dicom_mm: expected 3 finite numbers");
   Mat3 patient_from_dicom, fixed_from_patient, half_turn;
@@ -135,6 +152,19 @@ Pose fixed_from_couch(double couch_deg) {
   Pose pose;
   pose.R << z.cos, -z.sin, 0, z.sin, z.cos, 0, 0, 0, 1;
   return pose;
+}
+
+Pose fixed_from_gantry(double gantry_deg) {
+  require(std::isfinite(gantry_deg), ("gantry_deg: expected a finite number, got " + text_of(gantry_deg)).c_str());
+  const SinCos y = sin_cos_deg(gantry_deg);
+  Pose pose;
+  pose.R << y.cos, 0, y.sin, 0, 1, 0, -y.sin, 0, y.cos;
+  return pose;
+}
+
+Pose couch_turn(double couch_deg, const Vec3& isocentre) {
+  require(isocentre.allFinite(), "isocentre_mm: expected 3 finite numbers");
+  return about(fixed_from_couch(couch_deg), -isocentre);
 }
 
 }  // namespace sgrt

@@ -19,8 +19,19 @@ CouchCorrection correction_of(const Pose& reference_from_live, const Vec3& isoce
 Pose pose_of(const PatientDisplacement& displacement, const Vec3& isocentre);  // reference_from_live
 Pose pose_of(const CouchCorrection& correction, const Vec3& isocentre);
 
+// What a couch without pitch and roll can do: lat, lng, vrt and rtn. Its correction brings the isocentre back exactly
+// and leaves the patient's own pitch and roll. docs/theory/frames.md eq. 5.
+struct FourDof {
+  CouchCorrection correction;     // pitch and roll 0
+  PatientDisplacement remaining;  // after it: pitch and roll alone
+};
+FourDof four_dof_of(const Pose& reference_from_live, const Vec3& isocentre);
+
 enum class PatientPosition : int { kHfs, kHfp, kFfs, kFfp, kHfdl, kHfdr, kFfdl, kFfdr };
 Pose fixed_from_dicom(PatientPosition position, const Vec3& isocentre_dicom);
 Pose fixed_from_couch(double couch_deg);
+Pose fixed_from_gantry(double gantry_deg);
+// How what lies on the couch moves in the room when the couch turns from 0: about the vertical through the isocentre.
+Pose couch_turn(double couch_deg, const Vec3& isocentre);
 
 }  // namespace sgrt

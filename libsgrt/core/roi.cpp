@@ -92,6 +92,22 @@ Roi roi_from_box(const Vec3& min, const Vec3& max) {
   return roi;
 }
 
+Roi moved(const Roi& roi, const Pose& pose) {
+  constexpr double kTurn = 1e-9;  // a sine: 0.1 micron at 100 mm
+  if (roi.polygon.empty()) {
+    if ((pose.R - Mat3::Identity()).cwiseAbs().maxCoeff() > kTurn) {
+      refuse("pose: a box cannot turn, expected no rotation; give a polygon");
+    }
+    return roi_from_box(roi.box_min + pose.t, roi.box_max + pose.t);
+  }
+  if (std::abs(pose.R(2, 2) - 1) > kTurn) {
+    refuse("pose: a polygon seen from above turns about the vertical alone, expected a rotation about Z");
+  }
+  std::vector<Vec2> vertices;
+  for (const Vec2& v : roi.polygon) vertices.push_back((pose.R.topLeftCorner<2, 2>() * v + pose.t.head<2>()).eval());
+  return roi_from_polygon(std::move(vertices));
+}
+
 bool contains(const Roi& roi, const Surface& surface, std::int64_t i) {
   if (!surface.present(i)) return false;
   if (roi.polygon.empty()) {

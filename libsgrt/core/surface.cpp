@@ -161,6 +161,23 @@ Surface make_surface(Surface s) {
   return s;
 }
 
+Surface moved(Surface s, const Pose& pose) {
+  const auto turn = [&](Points& vectors) {
+    for (Eigen::Index i = 0; i < vectors.rows(); ++i) vectors.row(i) = (pose.R * vectors.row(i).transpose()).eval();
+  };
+  for (Eigen::Index i = 0; i < s.points.rows(); ++i) s.points.row(i) = (pose * s.point(i)).transpose();
+  turn(s.normals);
+  for (Points& mode : s.modes) turn(mode);
+  for (Eigen::Index i = 0; i < s.covariance.rows(); ++i) {
+    const auto c = s.covariance.row(i);
+    Mat3 full;
+    full << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
+    full = (pose.R * full * pose.R.transpose()).eval();
+    s.covariance.row(i) << full(0, 0), full(0, 1), full(0, 2), full(1, 1), full(1, 2), full(2, 2);
+  }
+  return s;
+}
+
 Points vertex_normals(const Points& points, const Faces& faces) {
   Points sum = Points::Zero(points.rows(), 3);
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/eigen.hpp"
+#include "core/geometry.hpp"
 
 namespace sgrt {
 
@@ -44,6 +45,9 @@ Surface make_surface(Surface surface);
 Surface surface_from_height_field(
     const Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>& z,
     const Vec2& origin, const Vec2& spacing);
+
+// The surface under a rigid motion: points, normals, covariance and modes; sigma, along the normal, stays.
+Surface moved(Surface surface, const Pose& pose);
 
 // Area-weighted normals of the vertices; NaN for a vertex without a face.
 Points vertex_normals(const Points& points, const Faces& faces);

@@ -171,6 +171,12 @@ IcpResult blank(const Surface& live, const Vec3& isocentre) {
 
 }  // namespace
 
+IcpResult align(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
+                const Pose& initial_reference_from_live, const IcpOptions& options) {
+  const Roi* roi = reference.roi ? &*reference.roi : nullptr;
+  return align(run, reference.surface, live, isocentre, roi, initial_reference_from_live, options);
+}
+
 IcpResult align(const Run& run, const Surface& reference, const Surface& live, const Vec3& isocentre, const Roi* roi,
                 const Pose& initial_reference_from_live, const IcpOptions& options) {
   check(isocentre, options);

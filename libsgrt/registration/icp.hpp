@@ -10,6 +10,7 @@
 #include "core/roi.hpp"
 #include "core/run.hpp"
 #include "core/surface.hpp"
+#include "registration/reference.hpp"
 
 namespace sgrt {
 
@@ -49,7 +50,12 @@ struct IcpResult {
   std::vector<std::uint8_t> inlier;
 };
 
-// roi may be null. Statuses 10-19 are returned, not thrown, so that the diagnostics are kept.
+// Statuses 10-19 are returned, not thrown, so that the diagnostics are kept.
+IcpResult align(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
+                const Pose& initial_reference_from_live, const IcpOptions& options);
+
+// The same, the reference prepared for this once. roi may be null. Statuses 10-19 are returned, not thrown, so that the
+// diagnostics are kept.
 IcpResult align(const Run& run, const Surface& reference, const Surface& live, const Vec3& isocentre, const Roi* roi,
                 const Pose& initial_reference_from_live, const IcpOptions& options);
 

@@ -40,7 +40,7 @@ bool curvature_at(const Grid& grid, const MatchField& field, std::int64_t k, ker
   return true;
 }
 
-double bending_gain(int window, int stride) {
+BendingNoise bending_noise(int window, int stride) {
   const int half = window / 2, reach = reach_of(stride), rim = reach * stride + half, side = 2 * rim + 1;
   const double n = window * window;
   double sxx = 0;
@@ -52,12 +52,18 @@ double bending_gain(int window, int stride) {
       for (int j = -half; j <= half; ++j)
         for (int i = -half; i <= half; ++i) {
           double& w = weight[static_cast<std::size_t>(v * stride + j + rim) * side + u * stride + i + rim];
-          if (u == 0 && v == 0) w += 1 / n;
           w -= (u * i + v * j) * stride / (2 * sxx * n);
         }
-  double gain = 0;
-  for (const double w : weight) gain += w * w * n;
-  return gain;
+  BendingNoise noise;
+  noise.gain = 0;
+  for (int v = -rim; v <= rim; ++v)
+    for (int u = -rim; u <= rim; ++u) {
+      const double w = weight[static_cast<std::size_t>(v + rim) * side + u + rim];
+      const double own = std::abs(u) <= half && std::abs(v) <= half ? 1 / n : 0;
+      noise.correction += w * w * n;
+      noise.gain += (w + own) * (w + own) * n;
+    }
+  return noise;
 }
 
 }  // namespace sgrt

@@ -9,7 +9,16 @@ namespace sgrt {
 // are too few solved neighbours within 8 px.
 bool curvature_at(const Grid& grid, const MatchField& field, std::int64_t k, kernels::RowMatch& match);
 
-// How much the variance of d grows by it: the neighbours' slopes share noise with d.
-double bending_gain(int window, int stride);
+// What white image noise does through it, in units of the variance of a flat match: the variance of the correction
+// itself, and of d when it is corrected (the neighbours' slopes share noise with d).
+struct BendingNoise {
+  double correction = 0, gain = 1;
+};
+BendingNoise bending_noise(int window, int stride);
+
+// (w^2 - 1)/12: the second moment of a window.
+inline double second_moment(int window) {
+  return (static_cast<double>(window) * window - 1) / 12;
+}
 
 }  // namespace sgrt

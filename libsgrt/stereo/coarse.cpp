@@ -12,6 +12,7 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr int kBandRows = 24;
+constexpr float kAmbiguous = 0.9F;
 
 // Means of scale x scale pixels; a cell with a masked pixel gets NaN.
 void reduce(const Image& image, const std::vector<std::uint8_t>& mask, int scale, Image& out) {
@@ -116,7 +117,9 @@ void coarse_match(const Run& run, const Image& left, const std::vector<std::uint
   map.height = (left.height + scale - 1) / scale;
   map.matches.assign(static_cast<std::size_t>(map.width) * map.height, {kNan, 0, 0});
 
+  map.ambiguous.assign(map.matches.size(), 0);
   work.best_left.assign(work.left.pixels.size(), -2.F);
+  work.second_left.assign(work.left.pixels.size(), -2.F);
   work.disparity_left.assign(work.left.pixels.size(), 0.F);
   work.best_right.assign(work.right.pixels.size(), -2.F);
   work.disparity_right.assign(work.right.pixels.size(), 0);
@@ -149,7 +152,8 @@ void coarse_match(const Run& run, const Image& left, const std::vector<std::uint
           band.columns = scratch;
           band.reversed = scratch + columns;
           band.sums = band.reversed + 6 * static_cast<std::size_t>(width + d_count);
-          band.best_left = work.best_left.data(), band.disparity_left = work.disparity_left.data();
+          band.best_left = work.best_left.data(), band.second_left = work.second_left.data(),
+          band.disparity_left = work.disparity_left.data();
           band.best_right = work.best_right.data(), band.disparity_right = work.disparity_right.data();
           kernel(band);
         }
@@ -160,6 +164,10 @@ void coarse_match(const Run& run, const Image& left, const std::vector<std::uint
     for (int x = 0; x < width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * width + x;
       if (work.best_left[i] < options.min_correlation) continue;
+      if (work.second_left[i] > kAmbiguous * work.best_left[i]) {  // a repeated pattern: either may be true
+        map.ambiguous[static_cast<std::size_t>(y) * map.width + x] = 1;
+        continue;
+      }
       const float d = work.disparity_left[i];
       const int x_right = static_cast<int>(std::lround(static_cast<float>(x) - d));
       if (x_right < 0 || x_right >= right_width) continue;

@@ -27,6 +27,9 @@ struct CoarseMap {
   int scale = 4, width = 0, height = 0;  // reduced pixel (x, y) covers full pixels scale x .. scale x + scale - 1
   std::vector<CoarseMatch> matches;
 
+  std::vector<std::uint8_t> ambiguous;  // like matches: another place correlates nearly as well
+
+  bool ambiguous_at(int x, int y) const { return ambiguous[static_cast<std::size_t>(y / scale) * width + x / scale]; }
   const CoarseMatch& at_pixel(int x, int y) const {
     return matches[static_cast<std::size_t>(y / scale) * width + x / scale];
   }
@@ -35,7 +38,7 @@ struct CoarseMap {
 // Buffers kept from frame to frame.
 struct CoarseWork {
   Image left, right, left_mean, left_norm, right_mean, right_norm;
-  std::vector<float> best_left, disparity_left, best_right;
+  std::vector<float> best_left, second_left, disparity_left, best_right;
   std::vector<int> disparity_right;
   std::vector<float> consistent;  // disparity after the left-right check, NaN else
   std::vector<float> scratch;     // one slice a block

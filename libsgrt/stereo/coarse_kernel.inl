@@ -44,6 +44,15 @@ static void best_of_row(const CoarseBand& b, int x, int y, float* correlation, c
     const float before = correlation[k - 1], after = correlation[k + 1], bend = before + after - 2 * top[best];
     if (bend < 0) offset = 0.5F * (before - after) / bend;
   }
+  Lanes other = all(-2), far = Lanes{0, 1, 2, 3, 4, 5, 6, 7} - (float)k;
+  for (int q8 = 0; q8 < b.d_count; q8 += 8, far += 8.F) {
+    const Lanes c = load8(correlation + q8);
+    const IntLanes more = (c > other) & ((far > 2.5F) | (far < -2.5F));
+    other = (Lanes)(((IntLanes)c & more) | ((IntLanes)other & ~more));
+  }
+  float second = other[0];
+  for (int l = 1; l < 8; ++l) second = other[l] > second ? other[l] : second;
+  b.second_left[i] = second;
   b.best_left[i] = top[best];
   b.disparity_left[i] = (float)(b.d_min + k) + offset;
 }

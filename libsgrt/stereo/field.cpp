@@ -9,11 +9,11 @@ namespace sgrt {
 using kernels::RowMatch;
 
 double variance_of_noise(const RowMatch& match) {
-  // The residual f - g holds two images' noise after interpolation (left: x and y; right: x, y and x again), which
-  // damps the fine grain that the residual sees but not the coarse grain that moves the match.
-  constexpr double kGain2 = kSplineNoiseGain * kSplineNoiseGain;
-  constexpr double kDamping = (kGain2 + kGain2 * kSplineNoiseGain) / 2;
-  return static_cast<double>(match.noise) * match.texture * match.gain / kDamping;
+  return static_cast<double>(match.noise) * match.texture * match.gain;
+}
+
+double noise_damping(double left_gain, double right_gain) {
+  return (left_gain + right_gain * kQuinticNoiseGain) / 2;
 }
 
 double sigma_of(const RowMatch& match) {

@@ -19,16 +19,15 @@ struct Grid {
 
 struct MatchField {
   std::vector<kernels::RowMatch> matches;  // one a grid point
-  std::vector<kernels::RowMatch> bent;     // work: the second pass
   std::vector<Reason> reason;
   std::vector<std::int64_t> wave, tried, labels;  // work
-  std::vector<float> noise;                       // work
-  std::vector<double> medians[3];                 // work
-  double gain = 0;                                // bending_gain, once it is known
 };
 
 // Variance of a match along the row from image noise alone, px^2; sigma_of adds what the window's shape may bias, px.
 double variance_of_noise(const kernels::RowMatch& match);
+// The residual f - g holds two images' noise after interpolation, which damps the fine grain that the residual sees but
+// not the coarse grain that moves a match: by this, where resampling has left the shares given (eq. 11).
+double noise_damping(double left_gain, double right_gain);
 double sigma_of(const kernels::RowMatch& match);
 
 // The plane of `from` carried to another pixel.

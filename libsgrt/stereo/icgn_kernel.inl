@@ -1,28 +1,11 @@
-// IC-GN of one window along a rectified row: 3 parameters over a given curvature, ZNSSD, cubic B-spline along x. Baker
-// and Matthews (2004); Pan, Li, Tong (2013). docs/theory/stereo.md eq. 6-11. The mean and the gain of the window are
-// projected out of the Jacobian, so [H^-1]_dd is the variance of d with brightness and contrast unknown.
+// IC-GN of one window along a rectified row: 3 parameters over a given curvature, ZNSSD, quintic B-spline along x.
+// Baker and Matthews (2004); Pan, Li, Tong (2013). docs/theory/stereo.md eq. 6-11. The mean and the gain of the window
+// are projected out of the Jacobian, so [H^-1]_dd is the variance of d with brightness and contrast unknown.
 #include "stereo/lanes.inl"
-
-static inline __attribute__((always_inline)) Lanes gather8(const float* p, IntLanes k) {
-#if defined(__AVX2__) && !defined(__clang__)  // which has it under another name
-  return (Lanes)__builtin_ia32_gathersiv8sf((Lanes){0}, p, (__attribute__((vector_size(32))) int)k,
-                                            (Lanes)(IntLanes{-1, -1, -1, -1, -1, -1, -1, -1}), 4);
-#else
-  return Lanes{p[k[0]], p[k[1]], p[k[2]], p[k[3]], p[k[4]], p[k[5]], p[k[6]], p[k[7]]};
-#endif
-}
-
-// Cubic B-spline of the row c at x (any sign; |x| < 2^14).
-static inline __attribute__((always_inline)) Lanes interpolate8(const float* c, Lanes x) {
-  const IntLanes k = __builtin_convertvector(x + 16384.F, IntLanes) - 16384;  // floor
-  const Lanes t = x - __builtin_convertvector(k, Lanes), u = 1.F - t;
-  const Lanes w0 = u * u * u * (1.F / 6), w3 = t * t * t * (1.F / 6);
-  const Lanes w1 = 2.F / 3 - t * t * (1.F - 0.5F * t), w2 = 2.F / 3 - u * u * (1.F - 0.5F * u);
-  return w0 * gather8(c - 1, k) + w1 * gather8(c, k) + w2 * gather8(c + 1, k) + w3 * gather8(c + 2, k);
-}
+#include "stereo/spline_lanes.inl"
 
 static inline int inside(const Plane& p, float x, int y) {
-  return x >= 2 && x < (float)(p.width - 3) && y >= 0 && y < p.height &&
+  return x >= 3 && x < (float)(p.width - 4) && y >= 0 && y < p.height &&
          p.mask[(long)y * p.width + (int)(2 * x + 1) / 2] != 1;
 }
 
@@ -86,6 +69,9 @@ void refine_row(const Plane& left, const Plane& right, int x0, int y0, const Ref
     match->outcome = kFlat;
     return;
   }
+  const float q = total(h00), qx = total(h01) / q, qy = total(h02) / q;
+  const float across = total(h11) / q - qx * qx, down = total(h22) / q - qy * qy;
+  match->spread = (across < down ? across : down) * 12 / (float)(side * side - 1);
   const float v10 = total(s0), v11 = total(s1), v12 = total(s2);
   const float v20 = total(q0) / norm_f, v21 = total(q1) / norm_f, v22 = total(q2) / norm_f;
   const double a00 = total(h00) - v10 * v10 / n - v20 * v20, a01 = total(h01) - v10 * v11 / n - v20 * v21;

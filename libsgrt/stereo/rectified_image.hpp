@@ -16,7 +16,8 @@ struct RectifiedImage {
   std::vector<float> gradient, coefficient;
   std::vector<std::uint8_t> mask;
   Image scratch;
-  float rounding = 0;  // variance that the image's number format alone leaves in a grey level
+  double noise_gain = 1;  // what resampling has left of white noise, on average
+  float rounding = 0;     // variance that the image's number format alone leaves in a grey level
 
   kernels::Plane plane() const {
     return {value.pixels.data(), gradient.data(), coefficient.data(), mask.data(), value.width, value.height};

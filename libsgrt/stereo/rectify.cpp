@@ -42,12 +42,14 @@ Box view_of(const Camera& camera, const Mat3& rectified_from_room) {
 void crop(Box& box, const Mat3& rectified_from_room, const Vec3& centre, const Vec3& lo, const Vec3& hi) {
   if (!lo.allFinite() || !hi.allFinite()) return;
   Box seen;
+  int behind = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 x(corner & 1 ? hi.x() : lo.x(), corner & 2 ? hi.y() : lo.y(), corner & 4 ? hi.z() : lo.z());
     const Vec3 p = rectified_from_room * (x - centre);
-    if (p.z() <= 1) return;  // reaches behind the camera: no bound
-    seen.add(p.x() / p.z(), p.y() / p.z());
+    if (p.z() > 1) seen.add(p.x() / p.z(), p.y() / p.z());
+    behind += p.z() > 1 ? 0 : 1;
   }
+  if (behind > 0 && behind < 8) return;  // reaches behind the camera: no bound
   box.x0 = std::max(box.x0, seen.x0), box.x1 = std::min(box.x1, seen.x1);
   box.y0 = std::max(box.y0, seen.y0), box.y1 = std::min(box.y1, seen.y1);
 }
@@ -60,14 +62,25 @@ void fill_sources(const Run& run, const Rectification& r, RectifiedView& view) {
         for (int y = static_cast<int>(begin); y < end; ++y)
           for (int x = 0; x < view.width; ++x) {
             const Vec2 p = r.source_pixel(view, x, y);
-            const bool inside =
-                p.x() >= 0 && p.y() >= 0 && p.x() <= view.camera->width - 1 && p.y() <= view.camera->height - 1;
             float* s = &view.source[(static_cast<std::size_t>(y) * view.width + x) * 2];
-            s[0] = inside ? static_cast<float>(p.x()) : std::numeric_limits<float>::quiet_NaN();
-            s[1] = static_cast<float>(p.y());
+            s[0] = static_cast<float>(p.x()), s[1] = static_cast<float>(p.y());
           }
       },
       "rectifying");
+}
+
+}  // namespace
+
+namespace {
+
+double mean_noise_gain(const RectifiedView& view) {
+  double sum = 0, n = 0;
+  for (std::size_t i = 0; i + 1 < view.source.size(); i += 2 * 61) {
+    const double x = view.source[i], y = view.source[i + 1];
+    if (!(x == x)) continue;
+    sum += cubic_noise_gain(x - std::floor(x)) * cubic_noise_gain(y - std::floor(y)), n += 1;
+  }
+  return n > 0 ? sum / n : 1;
 }
 
 }  // namespace
@@ -119,6 +132,7 @@ Rectification make_rectification(const Run& run, const Camera& left, const Camer
     v->cx = -box->x0 * r.f;
     v->cy = -y0 * r.f;
     fill_sources(run, r, *v);
+    v->noise_gain = mean_noise_gain(*v);
   }
   return r;
 }
@@ -149,12 +163,16 @@ void rectify(const Run& run, const ImageView& image, const RectifiedView& view, 
       run, view.height, 16,
       [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t i = begin * view.width; i < end * view.width; ++i) {
-          const float sx = view.source[2 * i], sy = view.source[2 * i + 1];
-          // The outermost pixels lack a neighbour of the 4 x 4 support.
-          if (!(sx >= 1 && sy >= 1 && sx < w - 2 && sy < h - 2)) {
+          float sx = view.source[2 * i], sy = view.source[2 * i + 1];
+          // The outermost pixels lack a neighbour of the 4 x 4 support. Beyond them the image goes on as it ends: a
+          // step to zero would ring in the spline along the row.
+          const bool seen = sx >= 1 && sy >= 1 && sx < w - 2 && sy < h - 2;
+          if (!seen) {
             mask[i] = static_cast<std::uint8_t>(Reason::kOutOfView);
             out.pixels[i] = 0;
-            continue;
+            if (!(sx == sx && sy == sy)) continue;
+            sx = std::clamp(sx, 1.F, static_cast<float>(w) - 2.01F);
+            sy = std::clamp(sy, 1.F, static_cast<float>(h) - 2.01F);
           }
           const int kx = static_cast<int>(sx), ky = static_cast<int>(sy);
           float wx[4], wy[4], value = 0;
@@ -170,7 +188,7 @@ void rectify(const Run& run, const ImageView& image, const RectifiedView& view, 
             }
           }
           out.pixels[i] = value;
-          mask[i] = static_cast<std::uint8_t>(saturated ? Reason::kSaturated : Reason::kNone);
+          if (seen) mask[i] = static_cast<std::uint8_t>(saturated ? Reason::kSaturated : Reason::kNone);
         }
       },
       "rectifying");

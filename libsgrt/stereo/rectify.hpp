@@ -17,8 +17,9 @@ struct RectifiedView {
   const Camera* camera = nullptr;
   int width = 0, height = 0;
   double cx = 0, cy = 0;
-  // For each rectified pixel the pixel of the image as taken: x, y pairs; x = NaN where the camera does not see.
+  // For each rectified pixel the pixel of the image as taken: x, y pairs, also beside it; NaN where no ray has one.
   std::vector<float> source;
+  double noise_gain = 1;  // of white noise of variance 1 that is resampled so, on average
 };
 
 struct Rectification {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
+#include "stereo/bend.hpp"
 
 namespace sgrt {
 namespace {
@@ -32,8 +33,6 @@ Reason explain(const kernels::Plane& image, int x0, int y0, int half, double noi
 }  // namespace
 
 void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& options, MatchField& field) {
-  const int reach = std::max(1, (options.window / 2 + grid.stride / 2) / grid.stride);
-  const double side = options.window, second_moment = (side * side - 1) / 12;
   field.labels.assign(grid.size(), 0);
   parallel_for(
       run, grid.size(), kBlock,
@@ -43,11 +42,14 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
           RowMatch& own = field.matches[k];
           const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
           int asked = 0, solved = 0;
-          double sum = 0, expected = 0;
-          for (int j = row - reach; j <= row + reach; ++j)
-            for (int i = column - reach; i <= column + reach; ++i) {
-              ++asked;
+          double sum = 0, sum2 = 0, expected = 0;
+          const double side = own.window, moment = second_moment(own.window);
+          const int reach = std::max(1, (own.window / 2 + grid.stride / 2) / grid.stride);
+          const int step = std::max(1, reach / 2);
+          for (int j = row - reach / step * step; j <= row + reach; j += step)
+            for (int i = column - reach / step * step; i <= column + reach; i += step) {
               if (i < 0 || j < 0 || i >= grid.width || j >= grid.height) continue;
+              ++asked;
               const std::int64_t q = static_cast<std::int64_t>(j) * grid.width + i;
               if (field.reason[q] != Reason::kNone) continue;
               const RowMatch& m = field.matches[q];
@@ -58,12 +60,15 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
               ++solved;
               // Noise alone: windows that overlap by rho share it, and the slopes carry theirs outwards (eq. 13).
               const double rho = std::max(0.0, 1 - std::abs(x) / side) * std::max(0.0, 1 - std::abs(y) / side);
-              sum += off * off;
-              expected += variance_of_noise(m) * (1 - rho) * (2 + (x * x + y * y) / second_moment);
+              sum += off, sum2 += off * off;
+              expected += variance_of_noise(m) * (1 - rho) * (2 + (x * x + y * y) / moment);
             }
-          if (4 * solved < 3 * asked) field.labels[k] = 1;
+          if (3 * solved < 2 * asked) field.labels[k] = 1;
           // No other point reads this member.
-          own.bias2 = static_cast<float>(std::max(0.0, (sum - 2 * expected) / std::max(1, solved)));
+          // A window's match is about the mean of what it shows: the mean excess moves it, the scatter a little.
+          const double n = std::max(1, solved), mean = sum / n;
+          own.bias2 = static_cast<float>(std::max(0.0, mean * mean - expected / n) +
+                                         0.25 * std::max(0.0, (sum2 - 2 * expected) / n));
         }
       },
       "checking");
@@ -73,7 +78,7 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
   }
 }
 
-void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& field) {
+void remove_islands(const CoarseMap& coarse, const Grid& grid, const StereoOptions& options, MatchField& field) {
   field.labels.assign(grid.size(), 0);
   for (std::int64_t start = 0; start < grid.size(); ++start) {
     if (field.reason[start] != Reason::kNone || field.labels[start] != 0) continue;
@@ -93,14 +98,15 @@ void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& 
       };
       visit(column - 1, row), visit(column + 1, row), visit(column, row - 1), visit(column, row + 1);
     }
-    if (static_cast<int>(field.wave.size()) >= options.min_component) continue;
+    std::size_t doubtful = 0;
+    for (const std::int64_t k : field.wave) doubtful += coarse.ambiguous_at(grid.x(k), grid.y(k)) ? 1 : 0;
+    if (static_cast<int>(field.wave.size()) >= options.min_component && 2 * doubtful <= field.wave.size()) continue;
     for (std::int64_t k : field.wave) field.reason[k] = Reason::kAmbiguous;
   }
 }
 
-void explain_unmatched(const Run& run, const kernels::Plane& left, const Grid& grid, const StereoOptions& options,
-                       MatchField& field) {
-  std::vector<float>& noise = field.noise;
+void explain_unmatched(const Run& run, const kernels::Plane& left, const CoarseMap& coarse, const Grid& grid,
+                       const StereoOptions& options, std::vector<float>& noise, MatchField& field) {
   noise.clear();
   for (std::int64_t k = 0; k < grid.size(); ++k)
     if (field.reason[k] == Reason::kNone) noise.push_back(field.matches[k].noise);
@@ -113,7 +119,9 @@ void explain_unmatched(const Run& run, const kernels::Plane& left, const Grid& g
       run, grid.size(), kBlock,
       [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t k = begin; k < end; ++k)
-          if (field.reason[k] == Reason::kNoMatch)
+          if (field.reason[k] == Reason::kNoMatch && coarse.ambiguous_at(grid.x(k), grid.y(k)))
+            field.reason[k] = Reason::kAmbiguous;
+          else if (field.reason[k] == Reason::kNoMatch)
             field.reason[k] = explain(left, grid.x(k), grid.y(k), options.window / 2, typical);
       },
       "checking");

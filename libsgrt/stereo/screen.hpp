@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/run.hpp"
+#include "stereo/coarse.hpp"
 #include "stereo/field.hpp"
 
 namespace sgrt {
@@ -11,11 +12,13 @@ namespace sgrt {
 // pulls at it.
 void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& options, MatchField& field);
 
-// Connected groups (neighbours whose planes agree) smaller than min_component are ambiguous.
-void remove_islands(const Grid& grid, const StereoOptions& options, MatchField& field);
+// Connected groups (neighbours whose planes agree) smaller than min_component are ambiguous, and so are those that lie
+// for the most part where another place correlates nearly as well: they grew from a few chance seeds of a repeated
+// pattern.
+void remove_islands(const CoarseMap& coarse, const Grid& grid, const StereoOptions& options, MatchField& field);
 
 // What kept an unmatched window from matching, as far as the left image tells.
-void explain_unmatched(const Run& run, const kernels::Plane& left, const Grid& grid, const StereoOptions& options,
-                       MatchField& field);
+void explain_unmatched(const Run& run, const kernels::Plane& left, const CoarseMap& coarse, const Grid& grid,
+                       const StereoOptions& options, std::vector<float>& noise, MatchField& field);
 
 }  // namespace sgrt

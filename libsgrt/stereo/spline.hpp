@@ -1,5 +1,8 @@
-// Cubic B-spline interpolation of images: the recursive prefilter of Unser, Aldroubi, Eden (1993) and the four weights.
+// B-spline interpolation of images: the recursive prefilters of Unser, Aldroubi, Eden (1993) and the cubic's four
+// weights.
 #pragma once
+
+#include <cmath>
 
 #include "core/image.hpp"
 #include "core/run.hpp"
@@ -9,6 +12,7 @@ namespace sgrt {
 // In place: grey values -> coefficients of the interpolating cubic B-spline, mirrored at the ends.
 void spline_rows(const Run& run, Image& image);     // along x
 void spline_columns(const Run& run, Image& image);  // along y
+void quintic_spline_rows(const Run& run, Image& image);
 
 // Weights of the coefficients k-1 .. k+2 at k + t, 0 <= t < 1.
 inline void spline_weights(float t, float w[4]) {
@@ -19,8 +23,13 @@ inline void spline_weights(float t, float w[4]) {
   w[2] = 2.F / 3 - u * u * (1 - u / 2);
 }
 
-// White noise of variance 1 has this variance after interpolation in one direction, averaged over the fraction: the
-// integral of the squared cardinal spline.
-constexpr double kSplineNoiseGain = 0.87423;
+// What interpolation at the fraction t leaves of white noise of variance 1: the squares of the cardinal cubic spline,
+// as a cosine series to 0.0008.
+inline double cubic_noise_gain(double t) {
+  constexpr double kTurn = 6.283185307179586;
+  return 0.87425 + 0.12131 * std::cos(kTurn * t) + 0.00366 * std::cos(2 * kTurn * t);
+}
+// The quintic's, averaged over the fraction.
+constexpr double kQuinticNoiseGain = 0.91797;
 
 }  // namespace sgrt

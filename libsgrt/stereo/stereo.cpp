@@ -24,6 +24,7 @@ void check(const StereoOptions& o) {
   if (!(o.min_correlation > 0 && o.min_correlation < 1))
     refuse("min_correlation", o.min_correlation, "more than 0 and less than 1");
   if (!(o.max_left_right > 0)) refuse("max_left_right_px", o.max_left_right, "more than 0");
+  if (!(o.max_epipolar > 0)) refuse("max_epipolar_px", o.max_epipolar, "more than 0");
   if (!(o.max_sigma > 0)) refuse("max_sigma_px", o.max_sigma, "more than 0");
   for (int i = 0; i < 3; ++i)
     if (!(o.volume_min[i] < o.volume_max[i])) refuse("volume_min_mm", o.volume_min[i], "less than volume_max_mm");
@@ -57,7 +58,9 @@ struct StereoMatcher::Impl {
   CoarseMap coarse;
   RectifyWork rectify_work;
   RectifiedImage left, right;
+  MatchWork match_work;
   MatchField field;
+  std::vector<double> medians[3];
   std::shared_ptr<StereoResult> result;
 
   // Disparities that the working volume can have, px. An unbounded volume leaves all from infinity to the image's
@@ -110,16 +113,23 @@ const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const 
   rectify(run, right, m.rectification.right, m.rectify_work, m.right.value, m.right.mask);
   m.left.rounding = rounding_of(left, m.left.value);
   m.right.rounding = rounding_of(right, m.right.value);
+  m.left.noise_gain = m.rectification.left.noise_gain, m.right.noise_gain = m.rectification.right.noise_gain;
   coarse_match(run, m.left.value, m.left.mask, m.right.value, m.right.mask, m.coarse_options, m.coarse_work, m.coarse);
   prepare(run, m.left);
   prepare(run, m.right);
-  match_grid(run, m.left, m.right, m.coarse, m.grid, m.options, m.field);
+  match_grid(run, m.left, m.right, m.coarse, m.grid, m.options, m.match_work, m.field);
 
   // use_count is relaxed: the fence orders our writes behind the reads of whoever let go last.
   if (!m.result || m.result.use_count() > 1) m.result = std::make_shared<StereoResult>();
   if (!m.result->surface || m.result->surface.use_count() > 1) m.result->surface = std::make_shared<Surface>();
   std::atomic_thread_fence(std::memory_order_acquire);
-  triangulate(run, m.rectification, m.grid, m.options, m.field, *m.result);
+  triangulate(run, m.rectification, m.grid, m.options, m.match_work.noise_of_bend.gain, m.medians, m.field, *m.result);
+  const EpipolarCheck& epipolar = m.match_work.epipolar;
+  m.result->epipolar_count = epipolar.count;
+  m.result->epipolar_px = epipolar.median, m.result->epipolar_sigma_px = epipolar.sigma;
+  m.result->epipolar_rms_px = epipolar.rms;
+  m.result->out_of_calibration =
+      epipolar.rms > m.options.max_epipolar && epipolar.rms > 3 * epipolar.sigma;  // false for NaN
   const bool found = m.result->point_count > 0;
   m.result->status = found ? Status::kOk : Status::kNotFound;
   m.result->message = found ? ""

@@ -17,14 +17,15 @@
 namespace sgrt {
 
 struct StereoOptions {
-  int window = 15;                                                             // px, odd
-  int stride = 4;                                                              // px of the rectified left image
+  int window = 21;                                                             // px, odd
+  int stride = 3;                                                              // px of the rectified left image
   int min_component = 30;                                                      // points
   Vec3 volume_min = Vec3::Constant(-std::numeric_limits<double>::infinity());  // room, mm
   Vec3 volume_max = Vec3::Constant(std::numeric_limits<double>::infinity());
   double min_correlation = 0.8;
   double max_left_right = 0.5;  // px
-  double max_sigma = 0.15;      // px
+  double max_epipolar = 0.1;    // px
+  double max_sigma = 0.1;       // px
 };
 
 // The same numbers as SGRT_REASON_...
@@ -52,6 +53,9 @@ struct StereoResult {
   std::array<std::int64_t, static_cast<std::size_t>(Reason::kCount)> reason_count{};
   std::int64_t point_count = 0;
   double noise_left, median_sigma_px, median_sigma_mm;
+  double epipolar_px, epipolar_sigma_px, epipolar_rms_px;  // off the epipolar line: median, its sigma, RMS
+  std::int64_t epipolar_count = 0;
+  bool out_of_calibration = false;
 };
 
 // Everything of a pair that does not change from frame to frame, and the buffers that do.

@@ -53,12 +53,12 @@ void resize(const Grid& grid, StereoResult& result) {
 
 }  // namespace
 
-void triangulate(const Run& run, const Rectification& r, const Grid& grid, const StereoOptions& options,
-                 MatchField& field, StereoResult& result) {
+void triangulate(const Run& run, const Rectification& r, const Grid& grid, const StereoOptions& options, double gain,
+                 std::vector<double> (&medians)[3], MatchField& field, StereoResult& result) {
   resize(grid, result);
   Surface& surface = *result.surface;
   // Windows that overlap share pixels: so many points carry one sample of noise.
-  const double share = std::pow(static_cast<double>(options.window) / grid.stride, 2) / field.gain;
+  const double share = std::pow(static_cast<double>(options.window) / grid.stride, 2) / gain;
   surface.correlation_points = std::max(1.0, share);
   parallel_for(
       run, grid.size(), 2048,
@@ -84,8 +84,8 @@ void triangulate(const Run& run, const Rectification& r, const Grid& grid, const
       },
       "triangulating");
 
-  auto& [noise, sigma_px, sigma_mm] = field.medians;
-  for (std::vector<double>& values : field.medians) values.clear();
+  auto& [noise, sigma_px, sigma_mm] = medians;
+  for (std::vector<double>& values : medians) values.clear();
   result.reason_count.fill(0);
   for (std::int64_t k = 0; k < grid.size(); ++k) {
     result.reason[k] = static_cast<std::uint8_t>(field.reason[k]);

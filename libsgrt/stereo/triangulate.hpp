@@ -9,8 +9,8 @@
 namespace sgrt {
 
 // Fills result (surface, reason, correlation, pixels, counts) from the matches; points outside the volume get their
-// reason.
+// reason. gain: of bending_noise.
 void triangulate(const Run& run, const Rectification& rectification, const Grid& grid, const StereoOptions& options,
-                 MatchField& field, StereoResult& result);
+                 double gain, std::vector<double> (&medians)[3], MatchField& field, StereoResult& result);
 
 }  // namespace sgrt

@@ -134,6 +134,53 @@ static void test_couch(void) {
   CHECK_NEAR(y[2], 5, 1e-15);
 }
 
+/* The gantry's source stands above the isocentre and turns to +X. */
+static void test_gantry_and_couch(void) {
+  const double source[3] = {0, 0, 1000}, iso[3] = {10, 20, 30}, x[3] = {110, 20, 35}, above[3] = {10, 20, 900};
+  double pose[16], y[3], home[3];
+  int i;
+  CHECK_OK(sgrt_frame_fixed_from_gantry(90, pose));
+  move(pose, source, y);
+  CHECK_NEAR(y[0], 1000, 1e-12);
+  CHECK_NEAR(y[2], 0, 1e-12);
+  CHECK_OK(sgrt_frame_couch_turn(90, iso, pose));
+  move(pose, x, y);
+  CHECK_NEAR(y[0], 10, 1e-12);
+  CHECK_NEAR(y[1], 120, 1e-12);
+  CHECK_NEAR(y[2], 35, 1e-12);
+  move(pose, above, home);
+  for (i = 0; i < 3; ++i) CHECK_NEAR(home[i], above[i], 1e-12);
+  CHECK_INVALID(sgrt_frame_fixed_from_gantry(NAN, pose), "gantry_deg: nan");
+  CHECK_INVALID(sgrt_frame_fixed_from_gantry(0, NULL), "fixed_from_gantry: NULL");
+  CHECK_INVALID(sgrt_frame_couch_turn(400, iso, pose), "couch_deg: 400, expected -360 to 360");
+  CHECK_INVALID(sgrt_frame_couch_turn(0, NULL, pose), "isocentre_mm: NULL");
+  CHECK_INVALID(sgrt_frame_couch_turn(0, iso, NULL), "pose: NULL");
+}
+
+/* A couch without pitch and roll brings the isocentre back and takes the turn about the vertical away. */
+static void test_four_dof(void) {
+  const sgrt_patient_displacement given = {3, -4, 12, 2, -3, 90, 0};
+  const double iso[3] = {20, -30, 40};
+  double pose[16];
+  sgrt_couch_correction correction;
+  sgrt_patient_displacement remaining;
+  CHECK_OK(sgrt_frame_pose_from_displacement(&given, iso, pose));
+  CHECK_OK(sgrt_frame_four_dof(pose, iso, &correction, &remaining));
+  /* Rz(-90): (x, y) -> (y, -x), so -(3, -4) becomes (4, 3). */
+  CHECK_NEAR(correction.lat_mm, 4, 1e-12);
+  CHECK_NEAR(correction.lng_mm, 3, 1e-12);
+  CHECK_NEAR(correction.vrt_mm, -12, 1e-12);
+  CHECK_NEAR(correction.rtn_deg, -90, 1e-12);
+  CHECK_NEAR(correction.mag_mm, 13, 1e-12);
+  CHECK(correction.pitch_deg == 0 && correction.roll_deg == 0);
+  CHECK(remaining.lat_mm == 0 && remaining.lng_mm == 0 && remaining.vrt_mm == 0 && remaining.rtn_deg == 0);
+  CHECK_NEAR(remaining.pitch_deg, 2, 1e-12);
+  CHECK_NEAR(remaining.roll_deg, -3, 1e-12);
+  CHECK_OK(sgrt_frame_four_dof(pose, iso, NULL, NULL));
+  CHECK_INVALID(sgrt_frame_four_dof(NULL, iso, &correction, &remaining), "reference_from_live: NULL");
+  CHECK_INVALID(sgrt_frame_four_dof(pose, NULL, &correction, &remaining), "isocentre_mm: NULL");
+}
+
 static void test_bad_arguments(void) {
   const double iso[3] = {0, 0, 0}, bad_iso[3] = {0, NAN, 0}, far_iso[3] = {0, 0, 2e5};
   const sgrt_patient_displacement d = {0, 0, 0, 0, 0, 0, NAN}; /* mag_mm is ignored */
@@ -188,6 +235,8 @@ int main(void) {
   test_gimbal();
   test_dicom();
   test_couch();
+  test_gantry_and_couch();
+  test_four_dof();
   test_bad_arguments();
   return check_result();
 }

@@ -60,6 +60,41 @@ static void test_normals_count(void) {
   sgrt_surface_free(surface);
 }
 
+/* A polygon turns with the couch, a box only shifts; both lend what they were made from. */
+static void test_move(void) {
+  const double corners[8] = {0, 0, 100, 0, 100, 50, 0, 50}, low[3] = {0, 0, 0}, high[3] = {1, 2, 3}, iso[3] = {0, 0, 0};
+  const double shift[16] = {1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1};
+  const sgrt_view vertices = sgrt_view_of(corners, SGRT_F64, 4, 2, 0);
+  double quarter[16];
+  sgrt_roi *polygon = NULL, *box = NULL, *turned = NULL, *shifted = NULL;
+  sgrt_view view;
+  CHECK_OK(sgrt_frame_couch_turn(90, iso, quarter));
+  CHECK_OK(sgrt_roi_from_polygon(&vertices, &polygon));
+  CHECK_OK(sgrt_roi_from_box(low, high, &box));
+  CHECK_OK(sgrt_roi_move(polygon, quarter, &turned));
+  CHECK_OK(sgrt_roi_array(turned, SGRT_ROI_POLYGON, &view));
+  CHECK(view.shape[0] == 4 && view.shape[1] == 2);
+  CHECK_NEAR(((const double*)view.data)[4], -50, 1e-12);
+  CHECK_NEAR(((const double*)view.data)[5], 100, 1e-12);
+  CHECK_OK(sgrt_roi_array(turned, SGRT_ROI_BOX, &view));
+  CHECK(view.data == NULL);
+  CHECK_OK(sgrt_roi_move(box, shift, &shifted));
+  CHECK_OK(sgrt_roi_array(shifted, SGRT_ROI_BOX, &view));
+  CHECK(view.shape[0] == 2 && view.shape[1] == 3);
+  CHECK_NEAR(((const double*)view.data)[0], 5, 0);
+  CHECK_NEAR(((const double*)view.data)[5], 10, 0);
+  sgrt_roi_free(turned), turned = NULL;
+  CHECK_INVALID(sgrt_roi_move(box, quarter, &turned), "a box cannot turn");
+  CHECK_INVALID(sgrt_roi_move(NULL, quarter, &turned), "roi: NULL");
+  CHECK_INVALID(sgrt_roi_move(polygon, NULL, &turned), "pose: NULL");
+  CHECK_INVALID(sgrt_roi_move(polygon, quarter, NULL), "result: NULL");
+  CHECK_INVALID(sgrt_roi_array(polygon, 3, &view), "field: 3");
+  CHECK_INVALID(sgrt_roi_array(NULL, SGRT_ROI_BOX, &view), "roi: NULL");
+  CHECK_INVALID(sgrt_roi_array(polygon, SGRT_ROI_BOX, NULL), "view: NULL");
+  CHECK(turned == NULL);
+  sgrt_roi_free(shifted), sgrt_roi_free(box), sgrt_roi_free(polygon);
+}
+
 static void test_bad_arguments(const sgrt_surface* surface) {
   static double many[10001][2];
   double v[8] = {0, 0, 1, 0, 1, 1, 0, 1};
@@ -98,6 +133,7 @@ int main(void) {
   sgrt_surface* surface = flat();
   test_polygon(surface);
   test_normals_count();
+  test_move();
   test_bad_arguments(surface);
   sgrt_surface_free(surface);
   return check_result();

@@ -150,7 +150,39 @@ static void test_distance(void) {
   sgrt_context_free(context);
 }
 
+/* Points, normals and covariance turn; sigma stays. */
+static void test_move(void) {
+  const double point[3] = {1, 2, 3}, normal[3] = {1, 0, 0}, sigma = 0.5, covariance[6] = {1, 0.1, 0.2, 2, 0.3, 3};
+  const double turned[6] = {2, -0.1, -0.3, 1, 0.2, 3}, iso[3] = {1, 0, 0};
+  double pose[16];
+  sgrt_surface_data data = data_of(point, 1);
+  sgrt_surface *surface, *result = NULL;
+  int i;
+  data.normals = sgrt_view_of(normal, SGRT_F64, 1, 3, 0);
+  data.sigma_mm = sgrt_view_of(&sigma, SGRT_F64, 1, 0, 0);
+  data.covariance = sgrt_view_of(covariance, SGRT_F64, 1, 6, 0);
+  surface = make(&data);
+  CHECK_OK(sgrt_frame_couch_turn(90, iso, pose));
+  CHECK_OK(sgrt_surface_move(NULL, surface, pose, &result));
+  CHECK_NEAR(numbers_of(result, SGRT_SURFACE_POINTS)[0], -1, 1e-12);
+  CHECK_NEAR(numbers_of(result, SGRT_SURFACE_POINTS)[1], 0, 1e-12);
+  CHECK_NEAR(numbers_of(result, SGRT_SURFACE_NORMALS)[1], 1, 1e-12);
+  CHECK_NEAR(numbers_of(result, SGRT_SURFACE_SIGMA)[0], 0.5, 0);
+  for (i = 0; i < 6; ++i) CHECK_NEAR(numbers_of(result, SGRT_SURFACE_COVARIANCE)[i], turned[i], 1e-12);
+  sgrt_surface_free(result), result = NULL;
+  pose[7] = 1e5;
+  CHECK_INVALID(sgrt_surface_move(NULL, surface, pose, &result), "points[0]");
+  pose[0] = 2;
+  CHECK_INVALID(sgrt_surface_move(NULL, surface, pose, &result), "pose");
+  CHECK_INVALID(sgrt_surface_move(NULL, NULL, pose, &result), "surface: NULL");
+  CHECK_INVALID(sgrt_surface_move(NULL, surface, NULL, &result), "pose: NULL");
+  CHECK_INVALID(sgrt_surface_move(NULL, surface, pose, NULL), "result: NULL");
+  CHECK(result == NULL);
+  sgrt_surface_free(surface);
+}
+
 int main(void) {
+  test_move();
   test_normals();
   test_fuse();
   test_distance();

@@ -62,14 +62,6 @@ inline Surface sample(const Shape& shape, std::int64_t n, double sigma, Draw& dr
   return s;
 }
 
-inline Surface moved(Surface s, const Pose& T) {
-  for (std::int64_t i = 0; i < s.size(); ++i) {
-    s.points.row(i) = (T * s.point(i)).transpose();
-    if (s.has_normals()) s.normals.row(i) = (T.R * s.normal(i)).transpose();
-  }
-  return s;
-}
-
 // A displacement by so many mm and degrees in random directions, about the isocentre.
 inline Pose displacement(double mm, double deg, const Vec3& isocentre, Draw& draw) {
   const Vec3 t = mm * draw.direction();

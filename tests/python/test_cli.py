@@ -15,7 +15,7 @@ import sgrt
 from conftest import ISOCENTRE, SHIFT, body_points, displaced, rig_document, take_ctrl_c
 from sgrt import io
 from sgrt.cli import main
-from sgrt.couch import turn_surface
+from sgrt.frames import couch_turn
 
 AT = ["--isocentre", *map(str, ISOCENTRE)]
 
@@ -136,6 +136,17 @@ def test_couch_angle(run, room, tmp_path, angle):
     one_line_about(err, "box.json", "polygon")
 
 
+def test_a_couch_without_pitch_and_roll(run, room):
+    document = json.loads(run(*register(room, *AT, "--json", "--couch-dof", "4"))[1])
+    move, left = document["couch_correction_4dof"], document["remaining_displacement"]
+    found = document["patient_displacement"]
+    assert (move["pitch_deg"], move["roll_deg"]) == (0, 0)
+    assert move["rtn_deg"] == pytest.approx(-found["rtn_deg"])
+    assert move["mag_mm"] == pytest.approx(found["mag_mm"])
+    assert {k: v for k, v in left.items() if v} == {k: found[k] for k in ("pitch_deg", "roll_deg")}
+    assert "couch correction 4dof: LAT" in run(*register(room, *AT, "--couch-dof", "4"))[1]
+
+
 def test_the_couch_turns_all_that_a_surface_holds():
     covariance = [[1.0, 0.1, 0.2, 2.0, 0.3, 3.0]]
     s = sgrt.Surface(
@@ -146,7 +157,7 @@ def test_the_couch_turns_all_that_a_surface_holds():
         modes=[[[0.0, 1, 2]]],
         correlation_points=3,
     )
-    turned = turn_surface(s, couch_deg=90, isocentre_mm=(1, 0, 0))
+    turned = s.moved(couch_turn(90, (1, 0, 0)))
     assert np.allclose(turned.points, [[-1, 0, 3]], atol=1e-12)
     assert np.allclose(turned.normals, [[0, 1, 0]], atol=1e-12)
     assert np.allclose(turned.modes, [[[-1, 0, 2]]], atol=1e-12)

@@ -106,6 +106,28 @@ Doubles fixed_from_dicom(const std::string& patient_position, const ArrayLike& i
   return fixed_array(pose, {4, 4});
 }
 
+std::pair<sgrt_couch_correction, sgrt_patient_displacement> four_dof(const ArrayLike& reference_from_live,
+                                                                     const ArrayLike& isocentre_mm) {
+  const Mat4 pose(reference_from_live, "reference_from_live");
+  const Vec3 isocentre(isocentre_mm, "isocentre_mm");
+  std::pair<sgrt_couch_correction, sgrt_patient_displacement> four{};
+  run([&] { return sgrt_frame_four_dof(pose.v, isocentre.v, &four.first, &four.second); });
+  return four;
+}
+
+Doubles fixed_from_gantry(double gantry_deg) {
+  double pose[16];
+  run([&] { return sgrt_frame_fixed_from_gantry(gantry_deg, pose); });
+  return fixed_array(pose, {4, 4});
+}
+
+Doubles couch_turn(double couch_deg, const ArrayLike& isocentre_mm) {
+  const Vec3 isocentre(isocentre_mm, "isocentre_mm");
+  double pose[16];
+  run([&] { return sgrt_frame_couch_turn(couch_deg, isocentre.v, pose); });
+  return fixed_array(pose, {4, 4});
+}
+
 Doubles fixed_from_couch(double couch_deg) {
   double pose[16];
   run([&] { return sgrt_frame_fixed_from_couch(couch_deg, pose); });
@@ -161,6 +183,26 @@ C: sgrt_frame_fixed_from_dicom)");
 
 Raises InvalidArgument: non-finite.
 C: sgrt_frame_fixed_from_couch)");
+  m.def("frame_fixed_from_gantry", &fixed_from_gantry, py::arg("gantry_deg"),
+        R"(IEC 61217 fixed from the gantry turned by gantry_deg, clockwise seen by who faces it: Ry, 4 x 4.
+
+Raises InvalidArgument: non-finite.
+C: sgrt_frame_fixed_from_gantry)");
+  m.def("frame_couch_turn", &couch_turn, py::arg("couch_deg"), py::arg("isocentre_mm"),
+        R"(How what lies on the couch moves in the room when the couch turns from 0 to couch_deg, 4 x 4.
+
+About the vertical through isocentre_mm (3 numbers), counter-clockwise seen from above; for Surface.moved and Roi.moved.
+
+Raises InvalidArgument: non-finite.
+C: sgrt_frame_couch_turn)");
+  m.def("frame_four_dof", &four_dof, py::arg("reference_from_live"), py::arg("isocentre_mm"),
+        R"((CouchCorrection, PatientDisplacement): what a couch without pitch and roll can do, and what then remains.
+
+The correction by lat, lng, vrt and rtn brings the isocentre back exactly and takes away the turn about the vertical; the
+patient's pitch and roll remain. reference_from_live: 4 x 4. isocentre_mm: 3 numbers.
+
+Raises InvalidArgument: not a rigid motion within 1e-6, non-finite.
+C: sgrt_frame_four_dof)");
 }
 
 }  // namespace sgrt_py

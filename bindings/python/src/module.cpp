@@ -11,6 +11,11 @@ PYBIND11_MODULE(_core, m) {
   register_frame(m);
   register_rig(m);
   register_stereo(m);
+  register_nurbs(m);
+  register_nurbs_fit(m);
+  register_volume(m);
   register_icp(m);
+  register_deform(m);
+  register_tracker(m);
   register_calibration(m);
 }

@@ -27,6 +27,22 @@ Roi box(const ArrayLike& min_mm, const ArrayLike& max_mm) {
   return roi;
 }
 
+Roi moved(const Roi& roi, const ArrayLike& pose) {
+  const Mat4 motion(pose, "pose");
+  Roi result;
+  run([&] { return sgrt_roi_move(roi.handle.get(), motion.v, out(result.handle)); });
+  const auto copy = [&](int32_t field, std::vector<py::ssize_t> shape) -> std::optional<Doubles> {
+    sgrt_view view{};
+    run([&] { return sgrt_roi_array(result.handle.get(), field, &view); });
+    if (!view.data) return std::nullopt;
+    shape[0] = view.shape[0];
+    return fixed_array(static_cast<const double*>(view.data), shape);
+  };
+  result.polygon_xy_mm = copy(SGRT_ROI_POLYGON, {0, 2});
+  result.box_mm = copy(SGRT_ROI_BOX, {0, 3});
+  return result;
+}
+
 py::array_t<uint8_t> mask(const Roi& roi, const Surface& surface, const std::optional<py::array>& given) {
   py::array result = out_array(given, SGRT_U8, point_shape(surface.handle.get()));
   const sgrt_mut_view view = out_view(result, "out", SGRT_U8);
@@ -65,6 +81,11 @@ C: sgrt_roi_from_box)")
            R"(uint8, N or H x W as the surface: 1 inside, 0 outside or absent. out: such an array to write into.
 
 C: sgrt_roi_mask)")
+      .def("moved", &moved, py::arg("pose"),
+           R"(The region under a rigid motion (4 x 4, mm), as Surface.moved moves the reference that it was drawn on.
+
+Raises InvalidArgument: a turn of a box, a turn of a polygon about anything but the vertical.
+C: sgrt_roi_move, sgrt_roi_array)")
       .def_readonly("polygon_xy_mm", &Roi::polygon_xy_mm, "V x 2, mm, as given; None for a box.")
       .def_readonly("box_mm", &Roi::box_mm, "2 x 3, mm: min and max; None for a polygon.")
       .def("__repr__",

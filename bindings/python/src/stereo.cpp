@@ -65,7 +65,7 @@ Stereo lending(StereoHandle handle) {
 
 sgrt_stereo_options options_of(int32_t window_px, int32_t stride_px, int32_t min_component,
                                const ArrayLike& volume_min_mm, const ArrayLike& volume_max_mm, double min_correlation,
-                               double max_left_right_px, double max_sigma_px) {
+                               double max_left_right_px, double max_sigma_px, double max_epipolar_px) {
   auto o = defaults(sgrt_stereo_options_init);
   o.window_px = window_px;
   o.stride_px = stride_px;
@@ -75,17 +75,18 @@ sgrt_stereo_options options_of(int32_t window_px, int32_t stride_px, int32_t min
   o.min_correlation = min_correlation;
   o.max_left_right_px = max_left_right_px;
   o.max_sigma_px = max_sigma_px;
+  o.max_epipolar_px = max_epipolar_px;
   return o;
 }
 
 Stereo match(const Rig& rig, const std::string& pair_id, const ArrayLike& left, const ArrayLike& right,
              int32_t window_px, int32_t stride_px, int32_t min_component, const ArrayLike& volume_min_mm,
              const ArrayLike& volume_max_mm, double min_correlation, double max_left_right_px, double max_sigma_px,
-             Context* context) {
+             double max_epipolar_px, Context* context) {
   const InView l(left, "left", Accept::kImages), r(right, "right", Accept::kImages);
   const char* pair = c_text(pair_id, "pair_id");
   const auto options = options_of(window_px, stride_px, min_component, volume_min_mm, volume_max_mm, min_correlation,
-                                  max_left_right_px, max_sigma_px);
+                                  max_left_right_px, max_sigma_px, max_epipolar_px);
   StereoHandle handle;
   const Outcome outcome = attempt(context, [&](sgrt_context* c) {
     return sgrt_stereo_match(c, rig.handle.get(), pair, &l.view, &r.view, &options, out(handle));
@@ -96,10 +97,11 @@ Stereo match(const Rig& rig, const std::string& pair_id, const ArrayLike& left, 
 
 StereoSession open_session(const Rig& rig, const std::string& pair_id, int32_t window_px, int32_t stride_px,
                            int32_t min_component, const ArrayLike& volume_min_mm, const ArrayLike& volume_max_mm,
-                           double min_correlation, double max_left_right_px, double max_sigma_px, Context* context) {
+                           double min_correlation, double max_left_right_px, double max_sigma_px,
+                           double max_epipolar_px, Context* context) {
   const char* pair = c_text(pair_id, "pair_id");
   const auto options = options_of(window_px, stride_px, min_component, volume_min_mm, volume_max_mm, min_correlation,
-                                  max_left_right_px, max_sigma_px);
+                                  max_left_right_px, max_sigma_px, max_epipolar_px);
   StereoSession session;
   run(context, [&](sgrt_context* c) {
     return sgrt_stereo_session_create(c, rig.handle.get(), pair, &options, out(session.handle));
@@ -130,7 +132,8 @@ pair_id: of the rig. left, right: H x W, uint8, uint16 or float32, of the size t
 window_px: side of the square window, odd, 9 to 41. stride_px: a point every so many pixels of the rectified left image, 1 to 32.
 min_component: groups of fewer connected points are rejected. volume_min_mm, volume_max_mm: working volume, 3 numbers each, room axes;
     it decides the search range. min_correlation: ZNCC of an accepted match. max_left_right_px: left-right check.
-max_sigma_px: matches of a larger predicted sigma have no texture.
+max_sigma_px: matches of a larger predicted sigma have no texture. max_epipolar_px: off the epipolar lines by more (RMS), the rig is
+    out of calibration.
 
 Raises InvalidArgument: unknown pair, image of another size or dtype, an even window. NotFound: nothing matched (error.result tells
     why). Degenerate: a camera looks along the baseline. Cancelled.
@@ -183,6 +186,19 @@ C: sgrt_stereo_summary, sgrt_stereo_array, sgrt_stereo_surface)")
       .def_property_readonly(
           "median_sigma_mm", [](const Stereo& s) { return s.info.median_sigma_mm; },
           "Median one-sigma of a point along its normal, mm.")
+      .def_property_readonly(
+          "epipolar_px", [](const Stereo& s) { return s.info.epipolar_px; },
+          "The rig on trial: median of how far matches lie off their epipolar lines, px; NaN where too few tell.")
+      .def_property_readonly(
+          "epipolar_sigma_px", [](const Stereo& s) { return s.info.epipolar_sigma_px; }, "Its one-sigma, px.")
+      .def_property_readonly(
+          "epipolar_rms_px", [](const Stereo& s) { return s.info.epipolar_rms_px; },
+          "RMS over the image, noise taken out, px.")
+      .def_property_readonly(
+          "epipolar_count", [](const Stereo& s) { return s.info.epipolar_count; }, "Windows that it is made of.")
+      .def_property_readonly(
+          "out_of_calibration", [](const Stereo& s) { return s.info.out_of_calibration != 0; },
+          "The rig fails: depths are wrong by an unknown amount.")
       .def("__repr__", [](const Stereo& s) {
         return py::str("<sgrt.Stereo {} of {} x {} points, median sigma {:.3f} mm>")
             .format(s.info.point_count, s.info.height, s.info.width, s.info.median_sigma_mm);
@@ -193,7 +209,7 @@ C: sgrt_stereo_summary, sgrt_stereo_array, sgrt_stereo_surface)")
         py::arg("min_component") = d.min_component, py::arg("volume_min_mm") = volume_min,
         py::arg("volume_max_mm") = volume_max, py::arg("min_correlation") = d.min_correlation,
         py::arg("max_left_right_px") = d.max_left_right_px, py::arg("max_sigma_px") = d.max_sigma_px,
-        py::arg("context") = none, kMatchDoc);
+        py::arg("max_epipolar_px") = d.max_epipolar_px, py::arg("context") = none, kMatchDoc);
 
   py::class_<StereoSession>(m, "StereoSession", kSessionDoc)
       .def(py::init(&open_session), py::arg("rig"), py::arg("pair_id"), py::kw_only(),
@@ -201,7 +217,7 @@ C: sgrt_stereo_summary, sgrt_stereo_array, sgrt_stereo_surface)")
            py::arg("min_component") = d.min_component, py::arg("volume_min_mm") = volume_min,
            py::arg("volume_max_mm") = volume_max, py::arg("min_correlation") = d.min_correlation,
            py::arg("max_left_right_px") = d.max_left_right_px, py::arg("max_sigma_px") = d.max_sigma_px,
-           py::arg("context") = none)
+           py::arg("max_epipolar_px") = d.max_epipolar_px, py::arg("context") = none)
       .def("push", &push, py::arg("left"), py::arg("right"), py::kw_only(), py::arg("time_s"),
            py::arg("context") = none, kPushDoc);
 }

@@ -64,6 +64,14 @@ Surface estimate_normals(const Surface& surface, int32_t neighbours, const Array
   return result;
 }
 
+Surface moved(const Surface& surface, const ArrayLike& pose, Context* context) {
+  const Mat4 motion(pose, "pose");
+  Surface result;
+  run(context,
+      [&](sgrt_context* c) { return sgrt_surface_move(c, surface.handle.get(), motion.v, out(result.handle)); });
+  return result;
+}
+
 struct FuseInfo {
   int32_t surface_count;
   int64_t point_count, overlap_count;
@@ -222,6 +230,13 @@ void register_surface(py::module_& m) {
       .def_property_readonly(
           "points", [](const py::object& self) { return *array_of<double>(self, SGRT_SURFACE_POINTS); },
           "N x 3 or H x W x 3, mm; NaN where a grid point is absent.")
+      .def("moved", &moved, py::arg("pose"), py::kw_only(), py::arg("context") = py::none(),
+           R"(The surface under a rigid motion x -> R x + t: points, normals, covariance and modes; all else is kept.
+
+pose: 4 x 4, mm; for another couch angle frames.couch_turn.
+
+Raises InvalidArgument: not a rigid motion within 1e-6.
+C: sgrt_surface_move)")
       .def_property_readonly(
           "normals", [](const py::object& self) { return array_of<double>(self, SGRT_SURFACE_NORMALS); },
           "Like points: unit, outward; or None.")

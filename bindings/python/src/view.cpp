@@ -24,6 +24,8 @@ const char* accepted_names(Accept accept) {
       return "uint8, uint16 or float32";
     case Accept::kIndices:
       return "int32";
+    case Accept::kVoxels:
+      return "int16, uint16, uint8 or float32";
   }
   return "";
 }
@@ -36,6 +38,8 @@ bool accepted(int32_t code, Accept accept) {
       return code == SGRT_U8 || code == SGRT_U16 || code == SGRT_F32;
     case Accept::kIndices:
       return code == SGRT_I32;
+    case Accept::kVoxels:
+      return code == SGRT_I16 || code == SGRT_U16 || code == SGRT_U8 || code == SGRT_F32;
   }
   return false;
 }

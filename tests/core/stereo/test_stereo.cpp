@@ -173,7 +173,7 @@ TEST(Stereo, ABlankWallBesideATextureGivesNothing) {
   StereoMatcher matcher({}, rig, rig.pairs[0], {});
   const Errors e = errors_of(*matcher.match({}, view[0], view[1]), sphere);
   EXPECT_GT(e.count, 300);
-  EXPECT_LT(e.worst, 1.0);
+  EXPECT_LT(e.worst, 1.5);  // 0.25 px, at the rim
 }
 
 TEST(Stereo, VolumeBoundsTheSurface) {

@@ -9,11 +9,12 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Context, Icp, Roi, Surface, icp_align
-from ..couch import turn_roi, turn_surface
+from .._core import Context, Deform, Icp, Roi, Surface, deform_align, icp_align
 from ..errors import Error
+from ..frames import couch_turn, four_dof
 from ..io import read_pose, read_roi, read_surface, registration_document
-from ._common import FILE, Failure, Stopwatch, about, common, print_json, working
+from ..io._files import writing
+from ._common import FILE, Failure, Stopwatch, about, check_out, common, print_json, working
 
 ROWS = (
     ("LAT", "lat_mm"),
@@ -43,14 +44,14 @@ def _read(
     region = read_roi(roi) if roi else None
     if couch_deg == 0:
         return *surfaces, region
-    turned = turn_surface(surfaces[0], couch_deg=couch_deg, isocentre_mm=isocentre_mm)
+    turn = couch_turn(couch_deg, isocentre_mm)
     if region is not None:
         with about(roi):
-            region = turn_roi(region, couch_deg=couch_deg, isocentre_mm=isocentre_mm)
-    return turned, surfaces[1], region
+            region = region.moved(turn)
+    return surfaces[0].moved(turn), surfaces[1], region
 
 
-def _print(result: Icp, ms: float) -> None:
+def _print(result: Icp | Deform, ms: float) -> None:
     displacement, correction = result.displacement.as_dict(), result.correction.as_dict()
     sigma = [*result.sigma_mm, *result.sigma_deg]
     print(f"{'':13}{'patient displacement':>22}{'couch correction':>20}{'one sigma':>12}")
@@ -58,17 +59,41 @@ def _print(result: Icp, ms: float) -> None:
         unit = "deg" if key.endswith("deg") else "mm"
         spread = f"{sigma[i]:12.3f}" if i < 6 else ""
         print(f"{name:6} {unit:6}{displacement[key]:+22.3f}{correction[key]:+20.3f}{spread}")
+    if isinstance(result, Icp):
+        how = f"{result.iterations} iterations"
+    else:
+        how = f"scale {result.scale:.4f}" if result.scale != 1 else f"{100 * result.rigid_share:.0f} % moved as one"
     print(
         f"verdict {result.verdict_text}; rms {result.rms_mm:.3f} mm, inliers {100 * result.inlier_share:.1f} %,"
-        f" {result.iterations} iterations, {ms:.0f} ms"
+        f" {how}, {ms:.0f} ms"
     )
 
 
+def _four_dof(result: Icp | Deform) -> dict[str, Any]:
+    correction, remaining = four_dof(result.reference_from_live, result.isocentre_mm)
+    return {"couch_correction_4dof": correction.as_dict(), "remaining_displacement": remaining.as_dict()}
+
+
+def _write_map(path: Path, live: Surface, result: Deform) -> None:
+    arrays = {"points_mm": live.points, "distance_mm": result.distance_mm, "part": result.part}
+    if result.deformation_mm is not None:
+        arrays["deformation_mm"] = result.deformation_mm
+    with writing(path) as stream:
+        np.savez_compressed(stream, **{name: a for name, a in arrays.items() if a is not None})  # type: ignore[arg-type]
+
+
 def _align(
-    reference: Path, live: Path, context: Context, surfaces: tuple[Surface, Surface, Roi | None], **known: Any
-) -> Icp:
+    reference: Path,
+    live: Path,
+    context: Context,
+    surfaces: tuple[Surface, Surface, Roi | None],
+    deform: str,
+    **known: Any,
+) -> Icp | Deform:
     with about(f"{live} on {reference}"):
-        return icp_align(surfaces[0], surfaces[1], roi=surfaces[2], context=context, **known)
+        if deform == "none":
+            return icp_align(surfaces[0], surfaces[1], roi=surfaces[2], context=context, **known)
+        return deform_align(surfaces[0], surfaces[1], roi=surfaces[2], mode=deform, context=context, **known)
 
 
 @click.command(
@@ -104,6 +129,26 @@ def _align(
     " where the reference was. The reference, and a polygon ROI with it, is first turned about the vertical axis at"
     " the isocentre; the result is relative to it, in room axes.",
 )
+@click.option(
+    "--deform",
+    type=click.Choice(["none", "rigid", "similarity", "field"]),
+    default="none",
+    help="The body changed its shape (an expression, a breath): rigid: the motion of the region that moved as"
+    " one; similarity: one scale for all; field: as rigid, with a displacement field of the rest; default: none.",
+)
+@click.option(
+    "--map",
+    "map_file",
+    type=FILE,
+    metavar="FILE",
+    help="With --deform: .npz with points_mm, distance_mm, part and deformation_mm of the live points.",
+)
+@click.option(
+    "--couch-dof",
+    type=click.Choice(["6", "4"]),
+    default="6",
+    help="4: also what a couch without pitch and roll can do, and what then remains; default: 6.",
+)
 @common
 def command(
     reference: Path,
@@ -112,10 +157,17 @@ def command(
     roi: Path | None,
     initial: str,
     couch_deg: float,
+    couch_dof: str,
+    deform: str,
+    map_file: Path | None,
     threads: int,
     as_json: bool,
 ) -> int:
     """Finds how far the live surface lies from the reference: six numbers at the isocentre, with their uncertainty."""
+    if map_file is not None:
+        if deform == "none":
+            raise Failure("--map: needs --deform")
+        check_out(map_file)
     ms = 0.0
     try:
         start = _initial(initial)
@@ -124,17 +176,29 @@ def command(
         with working(threads) as context:
             try:
                 result = _align(
-                    reference, live, context, surfaces, isocentre_mm=isocentre_mm, initial_reference_from_live=start
+                    reference,
+                    live,
+                    context,
+                    surfaces,
+                    deform,
+                    isocentre_mm=isocentre_mm,
+                    initial_reference_from_live=start,
                 )
             finally:
                 ms = watch.ms()
     except Error as error:
         if as_json and 10 <= error.status < 20:
-            found = error.result if isinstance(error.result, Icp) else None
+            found = error.result if isinstance(error.result, Icp | Deform) else None
             print_json(registration_document(found, status=error.word, isocentre_mm=isocentre_mm, timing_ms=ms))
         raise
+    if map_file is not None and isinstance(result, Deform):
+        _write_map(map_file, surfaces[1], result)
+    four = _four_dof(result) if couch_dof == "4" else {}
     if as_json:
-        print_json(registration_document(result, timing_ms=ms))
+        print_json(registration_document(result, timing_ms=ms) | four)
     else:
         _print(result, ms)
+        for title, shift in four.items():
+            numbers = ", ".join(f"{name} {shift[key]:+.3f}" for name, key in ROWS if shift[key])
+            print(f"{title.replace('_', ' ')}: {numbers or 'none'}")
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +11,22 @@ import click
 from .._core import Context, FuseInfo, Rig, Stereo, Surface, stereo_match, surface_fuse
 from ..errors import Error
 from ..io import read_image, read_rig, write_surface
-from ._common import FILE, Failure, Stopwatch, about, check_out, common, print_json, working
+from ._common import FILE, Failure, Stopwatch, about, check_out, common, one_line, print_json, working
 
 
-def _match(rig: Rig, pair: tuple[str, Path, Path], options: dict[str, Any], context: Context) -> Stereo:
+def _match(
+    rig: Rig, pair: tuple[str, Path, Path], options: dict[str, Any], context: Context
+) -> tuple[Stereo | None, Error | None]:
+    """What a pair gave; with the error where its data have no answer, which leaves the other pairs theirs."""
     pair_id, left, right = pair
     images = read_image(left), read_image(right)
-    with about(f"pair {pair_id} ({left}, {right})"):
-        return stereo_match(rig, pair_id, *images, context=context, **options)
+    try:
+        with about(f"pair {pair_id} ({left}, {right})"):
+            return stereo_match(rig, pair_id, *images, context=context, **options), None
+    except Error as error:
+        if not 10 <= error.status < 20:
+            raise
+        return (error.result if isinstance(error.result, Stereo) else None), error
 
 
 def _check_pairs(rig: Rig, pairs: tuple[tuple[str, Path, Path], ...], rig_file: Path) -> None:
@@ -29,18 +38,40 @@ def _check_pairs(rig: Rig, pairs: tuple[tuple[str, Path, Path], ...], rig_file: 
             raise Failure(f"--pair {pair_id}: given twice")
 
 
-def _describe(pair_id: str, result: Stereo | None) -> dict[str, Any]:
+def _describe(pair_id: str, result: Stereo | None, error: Error | None) -> dict[str, Any]:
+    described: dict[str, Any] = {"id": pair_id, "status": "ok" if error is None else error.word}
+    if error is not None:
+        described["message"] = one_line(str(error))
     if result is None:
-        return {"id": pair_id}
-    return {
-        "id": pair_id,
+        return described
+    return described | {
         "points": result.point_count,
         "grid": [result.reason.shape[1], result.reason.shape[0]] if result.reason is not None else None,
         "reasons": result.counts,
         "noise_left": result.noise_left,
         "median_sigma_px": result.median_sigma_px,
         "median_sigma_mm": result.median_sigma_mm,
+        "epipolar": {
+            "median_px": result.epipolar_px,
+            "sigma_px": result.epipolar_sigma_px,
+            "rms_px": result.epipolar_rms_px,
+            "windows": result.epipolar_count,
+            "out_of_calibration": result.out_of_calibration,
+        },
     }
+
+
+def _doubts(pairs: list[dict[str, Any]]) -> list[str]:
+    """Why the answer is weak, one line each."""
+    doubts = [f"{pair['message']}; the surface lacks this pair" for pair in pairs if pair["status"] != "ok"]
+    for pair in pairs:
+        check = pair.get("epipolar")
+        if check and check["out_of_calibration"]:
+            doubts.append(
+                f"pair {pair['id']}: out of calibration, matches lie {check['rms_px']:.3f} px off their epipolar lines"
+                f" (median {check['median_px']:+.3f}, sigma {check['sigma_px']:.3f}): calibrate again"
+            )
+    return doubts
 
 
 def _describe_fusion(info: FuseInfo | None) -> dict[str, Any] | None:
@@ -50,6 +81,8 @@ def _describe_fusion(info: FuseInfo | None) -> dict[str, Any] | None:
 
 def _print(out: Path, surface: Surface, pairs: list[dict[str, Any]], fusion: dict[str, Any] | None) -> None:
     for pair in pairs:
+        if "points" not in pair or pair["status"] != "ok":
+            continue
         total = sum(pair["reasons"].values())
         rejected = {word: n for word, n in pair["reasons"].items() if n and word != "none"}
         print(
@@ -103,7 +136,8 @@ def command(
     """Reconstructs a surface from pairs of speckle images.
 
     The surface holds normals, sigma_mm and covariance; from one pair it is the organised grid, from several one fused
-    cloud, and how far the pods disagree where they overlap is reported.
+    cloud, and how far the pods disagree where they overlap is reported. A pair that gives nothing leaves the others
+    theirs: the verdict is then weak, and so it is where matches show the rig to be out of calibration.
     """
     watch = Stopwatch()
     check_out(out)
@@ -113,29 +147,31 @@ def command(
     options = {name: value for name, value in options.items() if value is not None}
     if volume:
         options |= {"volume_min_mm": volume[:3], "volume_max_mm": volume[3:]}
-    results: list[Stereo] = []
+    results: list[tuple[Stereo | None, Error | None]] = []
     fusion: FuseInfo | None = None
-    try:
-        with working(threads) as context:
-            results.extend(_match(rig, pair, options, context) for pair in pairs)
-            surfaces = [result.surface for result in results if result.surface is not None]
-            surface = surfaces[0]
-            if len(surfaces) > 1:
-                surface, fusion = surface_fuse(surfaces, context=context)
-    except Error as error:
-        if as_json and 10 <= error.status < 20:
-            found = [*results, error.result if isinstance(error.result, Stereo) else None]
-            described = [_describe(pair[0], result) for pair, result in zip(pairs, found, strict=False)]
-            print_json(
-                {"status": error.word, "surface": None, "pairs": described, "fusion": None, "timing_ms": watch.ms()}
-            )
-        raise
+    with working(threads) as context:
+        results.extend(_match(rig, pair, options, context) for pair in pairs)
+        surfaces = [result.surface for result, _ in results if result is not None and result.surface is not None]
+        described = [_describe(pair[0], *result) for pair, result in zip(pairs, results, strict=True)]
+        if not surfaces:
+            error = next(error for _, error in results if error is not None)
+            if as_json:
+                missing = {"status": error.word, "surface": None, "pairs": described, "fusion": None}
+                print_json(missing | {"timing_ms": watch.ms()})
+            raise error
+        surface = surfaces[0]
+        if len(surfaces) > 1:
+            surface, fusion = surface_fuse(surfaces, context=context)
     write_surface(out, surface)
-    described = [_describe(pair[0], result) for pair, result in zip(pairs, results, strict=True)]
+    doubts = _doubts(described)
+    for doubt in doubts:
+        print(f"sgrt stereo: warning: {doubt}", file=sys.stderr)
     if as_json:
         print_json(
             {
                 "status": "ok",
+                "verdict": "weak" if doubts else "ok",
+                "doubts": doubts,
                 "surface": str(out),
                 "points": surface.point_count,
                 "pairs": described,

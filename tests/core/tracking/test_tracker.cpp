@@ -1,0 +1,98 @@
+// The tracker in C++: the drift and the prediction against the truth, cancel, and the amplitude's predicted sigma.
+#include "tracking/tracker.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "scenes.hpp"
+#include "surface/normals.hpp"
+
+namespace sgrt {
+namespace {
+
+using namespace test;
+
+const Vec3 kIso(10, -20, -30);
+
+Surface with_normals(const Surface& s) {
+  return estimate_normals(kSilent, s, NormalsOptions{});
+}
+
+std::shared_ptr<const Surface> torso_surface(std::int64_t n, double sigma, Draw& draw) {
+  return std::make_shared<const Surface>(with_normals(sample(torso, n, sigma, draw)));
+}
+
+TEST(Tracker, FollowsAndTellsTheDrift) {
+  Draw draw(1);
+  Tracker tracker(kSilent, torso_surface(4000, 0.1, draw), kIso, nullptr, nullptr, TrackerOptions{});
+  const Pose start = displacement(3, 1, kIso, draw);
+  for (int i = 0; i < 5; ++i) {
+    const Pose drift = about(Pose{so3_exp(Vec3(0, 0, 0.004 * i)), Vec3(0, 0.5 * i, 0)}, -kIso);
+    const Surface live = with_normals(moved(sample(torso, 3000, 0.1, draw), drift * start));
+    const TrackFrame& f = tracker.push(kSilent, &live, 0.1 * i);
+    ASSERT_EQ(f.icp.status, Status::kOk);
+    EXPECT_EQ(f.index, i);
+    EXPECT_NEAR(f.drift.lng_mm, 0.5 * i, 0.06);
+    EXPECT_NEAR(f.drift.rtn_deg, 0.004 * i * 180 / kPi, 0.03);
+    EXPECT_NEAR(f.drift.vrt_mm, 0, 0.06);
+    EXPECT_EQ(f.attempts, 1);
+  }
+}
+
+TEST(Tracker, ACancelledFrameHoldsTheBeam) {
+  Draw draw(2);
+  Tracker tracker(kSilent, torso_surface(4000, 0.1, draw), kIso, nullptr, nullptr, TrackerOptions{});
+  const Surface live = with_normals(sample(torso, 3000, 0.1, draw));
+  ASSERT_TRUE(tracker.push(kSilent, &live, 0).beam);
+  sgrt::Run cancel;
+  cancel.progress = [](double, const char*) { return true; };
+  expect_error(Status::kCancelled, "", [&] { tracker.push(cancel, &live, 0.1); });
+  EXPECT_FALSE(tracker.last().beam);
+  EXPECT_TRUE(std::isnan(tracker.last().icp.displacement.lat_mm));
+  EXPECT_TRUE(tracker.push(kSilent, &live, 0.1).beam);
+}
+
+TEST(Tracker, Nonsense) {
+  Draw draw(3);
+  const auto reference = torso_surface(2000, 0.1, draw);
+  const auto with = [&](auto change) {
+    TrackerOptions o;
+    change(o);
+    Tracker(kSilent, reference, kIso, nullptr, nullptr, o);
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_error(Status::kInvalidArgument, "tolerance_mm", [&] { with([&](auto& o) { o.tolerance_mm = nan; }); });
+  expect_error(Status::kInvalidArgument, "hysteresis", [&] { with([&](auto& o) { o.hysteresis = nan; }); });
+  expect_error(Status::kInvalidArgument, "max_gap_s", [&] { with([&](auto& o) { o.max_gap = 0; }); });
+  expect_error(Status::kInvalidArgument, "gate_roi", [&] { with([&](auto& o) { o.gated = true; }); });
+  expect_error(Status::kInvalidArgument, "isocentre",
+               [&] { Tracker(kSilent, reference, Vec3(nan, 0, 0), nullptr, nullptr, TrackerOptions{}); });
+}
+
+// The amplitude of a lifted patch, many times: unbiased, and as uncertain as it says.
+TEST(Breathing, AmplitudeAndItsSigma) {
+  Draw draw(4);
+  const auto reference = torso_surface(6000, 0.02, draw);
+  const Roi patch = roi_from_box(Vec3(-60, -60, -200), Vec3(60, 60, 200));
+  Breathing breathing(kSilent, *reference, patch);
+  double sum = 0, sum2 = 0, predicted = 0;
+  const int trials = 60;
+  for (int i = 0; i < trials; ++i) {
+    const Pose lift{Mat3::Identity(), 7 * breathing.direction()};
+    const Surface live = moved(sample(torso, 3000, 0.5, draw), lift);
+    const Amplitude a = breathing.measure(kSilent, live);
+    ASSERT_GT(a.points, 100);
+    sum += a.mm;
+    sum2 += a.mm * a.mm;
+    predicted += a.sigma;
+  }
+  const double mean = sum / trials, sigma = std::sqrt(sum2 / trials - mean * mean);
+  EXPECT_NEAR(mean, 7, 0.05);
+  EXPECT_GT(sigma / (predicted / trials), 0.7);
+  EXPECT_LT(sigma / (predicted / trials), 1.4);
+  const Surface away = moved(sample(torso, 3000, 0.5, draw), Pose{Mat3::Identity(), Vec3(0, 0, 300)});
+  EXPECT_TRUE(std::isnan(breathing.measure(kSilent, away).mm));
+}
+
+}  // namespace
+}  // namespace sgrt
