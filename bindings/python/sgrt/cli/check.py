@@ -19,6 +19,7 @@ from .calibrate import named_paths
 from .calibrate_room import fit_room
 
 SCHEMA = "sgrt-check/1"
+EPIPOLAR_PX = 0.1  # stereo's own limit: beyond it a rig is out of calibration
 
 
 def _item(name: str, value: float | None, limit: float, unit: str) -> dict[str, Any]:
@@ -53,10 +54,8 @@ def _board(rig_file: Path, board: str, cameras: tuple[str, ...], ratio: float, t
 def _captures(
     rig_file: Path, pairs: tuple[tuple[str, Path, Path], ...], mm: float, threads: int
 ) -> list[dict[str, Any]]:
-    if len(pairs) < 2:
-        raise Failure("--pair: give two pairs or more, to be held against each other")
     rig = read_rig(rig_file)
-    surfaces = []
+    surfaces, items = [], []
     with working(threads) as context:
         for pair_id, left, right in pairs:
             with about(f"pair {pair_id} ({left}, {right})"):
@@ -64,9 +63,13 @@ def _captures(
             if result.surface is None:
                 raise Failure(f"pair {pair_id}: no surface")
             surfaces.append(result.surface)
-        _, info = surface_fuse(surfaces, context=context)
-    rms = info.disagreement_rms_mm
-    return [_item("pods against each other on the capture", rms if rms == rms else None, mm, "mm")]
+            rms = result.epipolar_rms_px
+            items.append(_item(f"{pair_id}, off the epipolar lines", rms if rms == rms else None, EPIPOLAR_PX, "px"))
+        if len(surfaces) > 1:
+            _, info = surface_fuse(surfaces, context=context)
+            rms = info.disagreement_rms_mm
+            items.append(_item("pods against each other on the capture", rms if rms == rms else None, mm, "mm"))
+    return items
 
 
 def _append(path: Path, line: dict[str, Any]) -> list[dict[str, Any]]:
@@ -103,7 +106,7 @@ def _append(path: Path, line: dict[str, Any]) -> list[dict[str, Any]]:
     type=(str, FILE, FILE),
     multiple=True,
     metavar="ID LEFT RIGHT",
-    help="An ordinary capture of a pod; two or more pods.",
+    help="An ordinary capture of a pod; of several pods also against each other.",
 )
 @click.option("--tolerance-mm", type=click.FloatRange(min=0, min_open=True), default=0.5, help="Default: 0.5 mm.")
 @click.option("--tolerance-deg", type=click.FloatRange(min=0, min_open=True), default=0.2, help="Default: 0.2 deg.")
@@ -140,7 +143,7 @@ def command(
     if pairs:
         items += _captures(rig_file, pairs, tolerance_mm, threads)
     if not items:
-        raise Failure("nothing to check: give --points with --images, --board with --camera, or two --pair")
+        raise Failure("nothing to check: give --points with --images, --board with --camera, or --pair")
     passed = all(item["pass"] for item in items)
     line = {
         "schema": SCHEMA,
