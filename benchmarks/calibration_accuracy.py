@@ -19,7 +19,7 @@ BOARD = np.array([[j * 30.0, i * 30.0, 0.0] for i in range(8) for j in range(11)
 
 
 def pod(x_mm: float) -> tuple[np.ndarray, np.ndarray]:
-    """R and t, camera from the first camera's frame: at x_mm to the right, turned towards a point 2 m ahead of x = 125."""
+    """R and t, camera from the first one's frame: x_mm to the right, turned to a point 2 m ahead of x = 125."""
     turn = rotation(np.array([0.0, np.arctan((x_mm - 125) / 2000), 0.0]) + 1e-12)
     return turn, -turn @ np.array([x_mm, 0.0, 0.0])
 
