@@ -1216,7 +1216,7 @@ SGRT_API sgrt_status sgrt_calibration_data_init(sgrt_calibration_data *data, siz
 typedef struct sgrt_calibration_options {
   uint32_t struct_size;
   int32_t distortion_count; /* 0 pinhole, 5 brown5, 8 rational8; default 5 */
-  int32_t max_iterations;   /* of each solve; default 100 */
+  int32_t max_iterations;   /* of each solve; 100 unless set */
   int32_t min_views;        /* of each camera, at least 3; default 3 */
   int32_t split_half;       /* 1: two halves of the placements are calibrated too and compared; default 1 */
   int32_t reserved;
