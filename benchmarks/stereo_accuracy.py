@@ -1,6 +1,6 @@
 """Speckle stereo against exact truth: .venv/bin/python benchmarks/stereo_accuracy.py [--json] [--seeds N] [--noise G]
 
-Error of disparity over windows that count (speckle_scenes.truth): RMS, bias, amplitude against the fractional part of the
+Error of disparity where it counts (speckle_scenes.truth): RMS, bias, amplitude against the fractional part of the
 disparity (pixel locking), predicted over sampled sigma, share of grid points with an answer; OpenCV BM and SGBM on the
 same pairs in the same run, at the pixels nearest to ours.
 """

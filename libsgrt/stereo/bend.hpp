@@ -1,4 +1,4 @@
-// The curvature of the disparity round a match, from the slopes of its neighbours. docs/theory/stereo.md eq. 12.
+// The curvature of the disparity round a match, from the slopes of its neighbours. docs/theory/stereo.md eq. 14.
 #pragma once
 
 #include "stereo/field.hpp"

@@ -1,5 +1,5 @@
 // The dense step: warp the right image once by the disparities of a grid of nodes, then one Gauss-Newton step of every
-// window from sums over the warped image. docs/theory/stereo.md eq. 12-14.
+// window from sums over the warped image. docs/theory/stereo.md eq. 12-13.
 #pragma once
 
 #include "stereo/field.hpp"

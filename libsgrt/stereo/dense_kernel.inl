@@ -1,6 +1,6 @@
 // One Gauss-Newton step of many windows at once. All windows share one warp of the right image, so that a pixel is
 // interpolated once and not once a window; sums over columns of a window, then over rows, give each its normal
-// equations. The warp's own shape drops out of the answer to first order. docs/theory/stereo.md eq. 12-14.
+// equations. The warp's own shape drops out of the answer to first order. docs/theory/stereo.md eq. 12-13.
 #include "stereo/lanes.inl"
 #include "stereo/spline_lanes.inl"
 

@@ -19,6 +19,7 @@ struct RectifiedView {
   double cx = 0, cy = 0;
   // For each rectified pixel the pixel of the image as taken: x, y pairs, also beside it; NaN where no ray has one.
   std::vector<float> source;
+  int crop_x = 0, crop_y = 0, crop_width = 0, crop_height = 0;  // the part of the image as taken that it needs
   double noise_gain = 1;  // of white noise of variance 1 that is resampled so, on average
 };
 

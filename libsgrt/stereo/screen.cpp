@@ -58,7 +58,7 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
                   own.d + own.a * x + own.b * y + own.c20 * x * x + own.c11 * x * y + own.c02 * y * y - m.d;
               if (std::abs(off) > 1) continue;
               ++solved;
-              // Noise alone: windows that overlap by rho share it, and the slopes carry theirs outwards (eq. 13).
+              // Noise alone: windows that overlap by rho share it, and the slopes carry theirs outwards (eq. 16).
               const double rho = std::max(0.0, 1 - std::abs(x) / side) * std::max(0.0, 1 - std::abs(y) / side);
               sum += off, sum2 += off * off;
               expected += variance_of_noise(m) * (1 - rho) * (2 + (x * x + y * y) / moment);

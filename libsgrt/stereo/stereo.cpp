@@ -12,7 +12,7 @@
 namespace sgrt {
 namespace {
 
-constexpr int kReducibleSide = 480;  // px: smaller images are reduced by 2 only
+constexpr int kReducibleSide = 640;  // px: smaller images are reduced by 2 only
 
 void check(const StereoOptions& o) {
   const auto refuse = [](const char* name, double value, const char* expected) {

@@ -18,7 +18,7 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-// With 1/z = (d - d_inf) / (f B), a plane of disparities is a plane of the room: n . X = 1 (eq. 16).
+// With 1/z = (d - d_inf) / (f B), a plane of disparities is a plane of the room: n . X = 1 (eq. 21).
 void place(const Rectification& r, const Grid& grid, std::int64_t k, const kernels::RowMatch& m, Surface& surface) {
   const double u = (grid.x(k) - r.left.cx) / r.f, v = (grid.y(k) - r.left.cy) / r.f;
   const double parallax = m.d - r.disparity_at_infinity(), z = r.f * r.baseline / parallax;
@@ -27,7 +27,7 @@ void place(const Rectification& r, const Grid& grid, std::int64_t k, const kerne
   Vec3 n(m.a / r.baseline, m.b / r.baseline, 0);
   n.z() = 1 / z - n.x() * u - n.y() * v;
   const Vec3 normal = r.room_from_rectified * (-n.normalized());
-  const Vec3 along = r.room_from_rectified * (-z / parallax * ray);  // d point / d disparity (eq. 17)
+  const Vec3 along = r.room_from_rectified * (-z / parallax * ray);  // d point / d disparity (eq. 22)
   const double sigma = sigma_of(m), sigma2 = sigma * sigma;
   surface.points.row(k) = point.transpose();
   surface.normals.row(k) = normal.transpose();

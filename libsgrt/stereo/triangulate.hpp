@@ -1,4 +1,4 @@
-// From matches to points in the room, with normals and covariance. docs/theory/stereo.md eq. 15-18.
+// From matches to points in the room, with normals and covariance. docs/theory/stereo.md eq. 20-23.
 #pragma once
 
 #include "core/run.hpp"

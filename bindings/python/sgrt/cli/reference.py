@@ -20,7 +20,11 @@ def beside(surface: Path) -> Path:
     return surface.with_suffix(".json")
 
 
-@click.group("reference", context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    "reference",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="\b\nExample: sgrt reference ct CT/ --plan plan.dcm --out reference.ply",
+)
 def group() -> None:
     """Makes reference surfaces from planning CT, structure sets or captures, and keeps them in a store."""
 
