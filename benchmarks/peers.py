@@ -262,6 +262,23 @@ PEERS["scipy LSQBivariateSpline"] = scipy_spline(False)
 PEERS["scipy SmoothBivariateSpline"] = scipy_spline(True)
 
 
+@peer("OpenCV calibrateCamera")
+def opencv_calibrate(inputs, threads):
+    import cv2
+
+    cv2.setNumThreads(threads)
+    views = [view.astype(np.float32) for view in inputs["views"]]
+    boards = [inputs["board"].astype(np.float32)] * len(views)
+    size = tuple(int(side) for side in inputs["size"])
+
+    def calibrate(_):
+        _, matrix, distortion, _, _ = cv2.calibrateCamera(boards, views, size, None, None)
+        places = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]]
+        return {"lens": np.concatenate([places, distortion.ravel()[:5]])}
+
+    return calibrate
+
+
 def main():
     name, inputs_path, threads, output = sys.argv[1:]
     answers = os.fdopen(os.dup(1), "w")

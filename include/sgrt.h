@@ -1,7 +1,5 @@
 /* sgrt.h - surface-guided radiation therapy: from camera images of a patient's skin to a six-degree couch shift.
  *
- * This header is the C manual. Sections follow the pipeline: library, context, view, surface, roi, frame, rig, stereo, icp,
- * deform, tracker.
  * This header is the C manual; its sections follow the pipeline.
  *
  * Conventions (docs/conventions.md): lengths in mm, angles in rad unless a name ends in _deg, matrices row-major, a pose
@@ -1194,6 +1192,152 @@ enum {
 /* Lends a text of the last push, until the next one. NULL where tracker is NULL or the field unknown. since 0.1 */
 SGRT_API const char *sgrt_tracker_text(const sgrt_tracker *tracker, int32_t field);
 
+/* --------------------------------------------------------------------------------------------------------- board */
+
+enum {
+  SGRT_BOARD_CHESSBOARD = 1, /* its inner corners; point 0 lies at a dark square of the board's corner */
+  SGRT_BOARD_CIRCLES = 2     /* dark discs in an asymmetric grid, as OpenCV numbers them */
+};
+
+/* A calibration target. Its points, row by row, z = 0, x to the right and y down as the board is looked at: a chessboard's at
+ * (j, i) spacing_mm, circles at (2 j + i mod 2, i) spacing_mm. */
+typedef struct sgrt_board {
+  uint32_t struct_size;
+  int32_t kind;          /* SGRT_BOARD_... */
+  int32_t columns, rows; /* inner corners, or circles a row and rows; 3 to 100 */
+  double spacing_mm;     /* side of a square; of circles: the distance of two rows */
+} sgrt_board;
+/* A chessboard without a size: columns, rows and spacing_mm are the caller's to set. since 0.1 */
+SGRT_API sgrt_status sgrt_board_init(sgrt_board *board, size_t size);
+/* points: f64, columns*rows x 3, mm. SGRT_E_INVALID_ARGUMENT  a side below 3 or above 100, a spacing that is not positive. since 0.1 */
+SGRT_API sgrt_status sgrt_board_points(const sgrt_board *board, const sgrt_mut_view *points);
+
+typedef struct sgrt_board_info {
+  uint32_t struct_size;
+  int32_t found_count;             /* points found; hidden ones are NaN */
+  int32_t seen_columns, seen_rows; /* where it was not found: the largest chessboard that was seen; 0: none */
+  int32_t half_turn_ambiguous;     /* 1: turned by half a turn the board looks the same, and either order may have come out */
+  int32_t reserved;
+} sgrt_board_info;
+
+/* Finds the board in an image and each of its points to a fraction of a pixel (docs/theory/calibration.md eq. 18-19).
+ * image: H x W, u8, u16 or f32. pixels: f64, columns*rows x 2; NaN where a point is hidden. sigma_px: f64, columns*rows, one sigma of each
+ * coordinate from the image's noise; may be NULL. info may be NULL. The whole board must be in the image; a fifth of its points may be
+ * hidden. The time is bounded by the image's size, board or none.
+ * SGRT_E_NOT_FOUND  no whole board of this size; the message and info tell what was seen; pixels are NaN
+ * SGRT_E_INVALID_ARGUMENT, SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_board_detect(sgrt_context *context, const sgrt_board *board, const sgrt_view *image,
+                                       const sgrt_mut_view *pixels, const sgrt_mut_view *sigma_px, sgrt_board_info *info);
+
+/* --------------------------------------------------------------------------------------------------- calibration */
+
+/* A calibration of cameras, a check of a rig, or its fit into a room. */
+typedef struct sgrt_calibration sgrt_calibration;
+
+/* What cameras saw of a target: K correspondences, in any order. */
+typedef struct sgrt_calibration_data {
+  uint32_t struct_size;
+  int32_t camera_count;          /* C, 1 to 64 */
+  int32_t placement_count;       /* of the target; 1 for a phantom */
+  int32_t pair_count;            /* may be 0 */
+  int32_t half_turn_ambiguous;   /* 1: the target turned by half a turn looks the same (sgrt_board_info) */
+  int32_t reserved;
+  const char *const *camera_ids; /* the first one's frame is the room of the calibrated rig */
+  const char *const *placements; /* their names, for the report; NULL: numbers */
+  const char *const *pair_ids;   /* of stereo pairs to be stated in the rig */
+  sgrt_view image_sizes;         /* C x 2 i32, width and height */
+  sgrt_view pair_cameras;        /* pair_count x 2 i32, left and right; absent where pair_count is 0 */
+  sgrt_view points;              /* N x 3, mm: the target's, flat (z = 0) but for sgrt_calibration_room */
+  sgrt_view index;               /* K x 3 i32: camera, placement, point */
+  sgrt_view pixels;              /* K x 2 */
+  sgrt_view sigma;               /* K, relative one sigma of a pixel coordinate; absent: all alike */
+} sgrt_calibration_data;
+SGRT_API sgrt_status sgrt_calibration_data_init(sgrt_calibration_data *data, size_t size);
+
+typedef struct sgrt_calibration_options {
+  uint32_t struct_size;
+  int32_t distortion_count; /* 0 pinhole, 5 brown5, 8 rational8; default 5 */
+  int32_t max_iterations;   /* of each solve; 100 unless set */
+  int32_t min_views;        /* of each camera, at least 3; default 3 */
+  int32_t split_half;       /* 1: two halves of the placements are calibrated too and compared; default 1 */
+  int32_t reserved;
+  double outlier_sigma;     /* a corner further off than this many sigma, and than 0.25 px, does not count; default 6 */
+  double warp_sigma_mm;     /* how far the board may be bent; 0: 1 % of its half size; negative: it is flat; default 0 */
+  double point_sigma_mm;    /* sgrt_calibration_room: one sigma of the phantom's own points; default 0 */
+  double noise_px;          /* sgrt_calibration_room: one sigma of a found point; 0: what the rig states; default 0 */
+  const char *rig_id;       /* of the result; NULL: "calibrated rig", or the first rig's */
+} sgrt_calibration_options;
+SGRT_API sgrt_status sgrt_calibration_options_init(sgrt_calibration_options *options, size_t size);
+
+/* Calibrates all cameras, board placements and the board's warp in one least-squares solve (bundle adjustment, placements eliminated;
+ * docs/theory/calibration.md eq. 4-14), with the covariance of all lenses and poses. The result does not depend on the order of the input
+ * but for the room, which is the first camera's frame. options may be NULL.
+ * *result is written for SGRT_OK and for statuses 10-19; free with sgrt_calibration_free.
+ * SGRT_E_INVALID_ARGUMENT   shape, dtype, range, non-finite; two cameras with one id; a point seen twice; a target that is not flat
+ * SGRT_E_INSUFFICIENT_DATA  a camera with fewer than min_views usable views, or one that no placement links to the others; it is named
+ * SGRT_E_DEGENERATE         the views leave the lens free; the message says which motion of the board is missing
+ * SGRT_E_NOT_CONVERGED, SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_calibration_solve(sgrt_context *context, const sgrt_calibration_data *data,
+                                            const sgrt_calibration_options *options, sgrt_calibration **result);
+
+/* Holds a rig against images that it was not made from: only the target's placements (and its warp) are fitted. No corner is left out.
+ * SGRT_E_INVALID_ARGUMENT   also: a camera that is not in the rig, or images of another size
+ * SGRT_E_INSUFFICIENT_DATA  no usable view. since 0.1 */
+SGRT_API sgrt_status sgrt_calibration_check(sgrt_context *context, const sgrt_rig *rig, const sgrt_calibration_data *data,
+                                            const sgrt_calibration_options *options, sgrt_calibration **result);
+
+/* Brings rigs (pods calibrated by themselves, or one rig) into the room: data->points are a phantom's, at least 3 and not on a line, in the
+ * room's frame; each rig must see three of them with two cameras. The result's rig holds all cameras, with the fit's covariance in its
+ * modes. A rig that is in the room already: the report tells how far the phantom stands from where it should (the daily check).
+ * SGRT_E_INSUFFICIENT_DATA  a rig that sees fewer than 3 points with two cameras
+ * SGRT_E_DEGENERATE         points on a line
+ * SGRT_E_NOT_FOUND          a point that lies outside what a camera can see. since 0.1 */
+SGRT_API sgrt_status sgrt_calibration_room(sgrt_context *context, const sgrt_rig *const *rigs, int32_t count,
+                                           const sgrt_calibration_data *data, const sgrt_calibration_options *options,
+                                           sgrt_calibration **result);
+SGRT_API void sgrt_calibration_free(sgrt_calibration *result);
+
+/* Numbers are NaN where there is no answer. */
+typedef struct sgrt_calibration_info {
+  uint32_t struct_size;
+  sgrt_status status;
+  int32_t camera_count, view_count; /* views: images that count */
+  int32_t corner_count;             /* corners that count */
+  int32_t discarded_count;          /* images and corners that do not; the report names them */
+  int32_t warning_count;
+  int32_t iterations;
+  double noise_px;        /* one sigma of a corner's coordinate, corrected for degrees of freedom */
+  double rms_px;          /* root mean square length of the residuals that count (OpenCV's figure) */
+  double rms_all_px;      /* ... of all corners of the views that count */
+  double expected_rms_px; /* of sgrt_calibration_check: what the rig's noise and uncertainty let expect; else NaN */
+} sgrt_calibration_info;
+SGRT_API sgrt_status sgrt_calibration_summary(const sgrt_calibration *result, sgrt_calibration_info *info);
+
+enum {
+  SGRT_CALIBRATION_CORNERS = 1,   /* f64, K x 8: camera, placement, point, pixel x y, residual x y (seen less projected, px), 1 where it counts */
+  SGRT_CALIBRATION_COVARIANCE = 2 /* f64, P x P, of SGRT_CALIBRATION_PARAMETER 0 to P - 1; of sgrt_calibration_solve only */
+};
+/* Lends an array; it lives as long as the result. since 0.1 */
+SGRT_API sgrt_status sgrt_calibration_array(const sgrt_calibration *result, int32_t field, sgrt_view *view);
+
+enum {
+  SGRT_CALIBRATION_REPORT = 1,   /* JSON, schema sgrt-calibration/1 (docs/formats.md) */
+  SGRT_CALIBRATION_WARNING = 2,  /* number `index`, one line */
+  SGRT_CALIBRATION_PARAMETER = 3 /* name of parameter `index`: "pod1-left.fx" */
+};
+SGRT_API const char *sgrt_calibration_text(const sgrt_calibration *result, int32_t field, int32_t index);
+/* The calibrated rig, or the rig in the room. SGRT_E_NOT_FOUND  the result has none. since 0.1 */
+SGRT_API sgrt_status sgrt_calibration_rig(const sgrt_calibration *result, sgrt_rig **rig);
+
+/* How uncertain a rig's calibration leaves the pixel of a room point: covariance: f64, N x 3, xx xy yy, px2, from the modes that the rig
+ * states (eq. 20); NaN where the point has no pixel. camera_id: of the rig. x_in_room: N x 3, mm.
+ * SGRT_E_INVALID_ARGUMENT  also: a rig that states no uncertainty. since 0.1 */
+SGRT_API sgrt_status sgrt_rig_pixel_covariance(sgrt_context *context, const sgrt_rig *rig, const char *camera_id,
+                                               const sgrt_view *x_in_room, const sgrt_mut_view *covariance);
+/* ... and the point that a pair triangulates: covariance: f64, N x 6, xx xy xz yy yz zz, mm2, of the calibration and of noise_px on each
+ * pixel coordinate (eq. 21-22). since 0.1 */
+SGRT_API sgrt_status sgrt_rig_point_covariance(sgrt_context *context, const sgrt_rig *rig, const char *pair_id,
+                                               const sgrt_view *x_in_room, double noise_px, const sgrt_mut_view *covariance);
 #ifdef __cplusplus
 }
 #endif

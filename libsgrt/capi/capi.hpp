@@ -90,6 +90,14 @@ struct sgrt_icp {
   sgrt::IcpResult result;
 };
 
+// What the three calls have in common, ready to be lent.
+struct sgrt_calibration {
+  sgrt_calibration_info info;
+  std::string message, report, rig_json;  // no rig: empty
+  std::vector<std::string> warnings, parameters;
+  std::vector<double> corners, covariance;
+};
+
 struct sgrt_deform {
   sgrt::DeformResult result;
 };

@@ -41,10 +41,18 @@ struct StereoPair {
   int left = 0, right = 0;  // camera indices
 };
 
+// What the calibration leaves uncertain: the parameters' covariance is modes modes^T. rig/uncertainty.hpp.
+struct RigUncertainty {
+  std::vector<std::string> parameters;  // as parameter_names has them; empty: not known
+  Eigen::MatrixXd modes;                // a row a parameter, a column a mode of one sigma
+  double residual_px = 0;               // one sigma of a corner's coordinate in the calibration; 0: not known
+};
+
 struct Rig {
   std::string id, room;
   std::vector<Camera> cameras;
   std::vector<StereoPair> pairs;
+  RigUncertainty uncertainty;
   std::string document;  // the JSON as read, unknown keys included; empty for a rig made in memory
 };
 

@@ -154,6 +154,31 @@ void read_pairs(const Json& json, Rig& rig) {
   }
 }
 
+// "uncertainty" is optional; what is there must be whole.
+void read_uncertainty(const Json& json, Rig& rig) {
+  const auto found = json.find("uncertainty");
+  if (found == json.end()) return;
+  const std::string path = "uncertainty.";
+  if (!found->is_object()) refuse(std::string("uncertainty: expected an object, got ") + found->type_name());
+  const Json& names = member(*found, path, "parameters");
+  const Json& modes = member(*found, path, "modes");
+  if (!names.is_array() || !modes.is_array()) refuse(path + "parameters, modes: expected arrays");
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!names[i].is_string()) refuse(path + "parameters[" + std::to_string(i) + "]: expected a text");
+    rig.uncertainty.parameters.push_back(names[i].get<std::string>());
+  }
+  rig.uncertainty.modes.resize(static_cast<Eigen::Index>(names.size()), static_cast<Eigen::Index>(modes.size()));
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const std::vector<double> mode = numbers(modes[i], path + "modes[" + std::to_string(i) + "]", names.size());
+    rig.uncertainty.modes.col(static_cast<Eigen::Index>(i)) =
+        Eigen::Map<const Eigen::VectorXd>(mode.data(), static_cast<Eigen::Index>(mode.size()));
+  }
+  const auto residual = found->find("residual_px");
+  if (residual == found->end()) return;
+  if (!residual->is_number() || !(residual->get<double>() >= 0)) refuse(path + "residual_px: expected a number >= 0");
+  rig.uncertainty.residual_px = residual->get<double>();
+}
+
 Rig rig_of(const Json& json) {
   if (!json.is_object()) refuse(std::string("rig: expected an object, got ") + json.type_name());
   const std::string schema = text_at(json, "", "schema");
@@ -163,6 +188,7 @@ Rig rig_of(const Json& json) {
   rig.room = text_at(json, "", "room");
   read_cameras(json, rig);
   read_pairs(json, rig);
+  read_uncertainty(json, rig);
   return rig;
 }
 
@@ -178,9 +204,14 @@ bool same(const StereoPair& a, const StereoPair& b) {
   return a.id == b.id && a.left == b.left && a.right == b.right;
 }
 
+bool same(const RigUncertainty& a, const RigUncertainty& b) {
+  return a.parameters == b.parameters && a.residual_px == b.residual_px && a.modes.rows() == b.modes.rows() &&
+         a.modes.cols() == b.modes.cols() && a.modes == b.modes;
+}
+
 bool same(const Rig& a, const Rig& b) {
   const auto equal = [](const auto& x, const auto& y) { return same(x, y); };
-  return a.id == b.id && a.room == b.room &&
+  return a.id == b.id && a.room == b.room && same(a.uncertainty, b.uncertainty) &&
          std::equal(a.cameras.begin(), a.cameras.end(), b.cameras.begin(), b.cameras.end(), equal) &&
          std::equal(a.pairs.begin(), a.pairs.end(), b.pairs.begin(), b.pairs.end(), equal);
 }
@@ -212,6 +243,19 @@ void write_camera(const Camera& camera, Json& json) {
   Json rows = Json::array();
   for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
   json["camera_from_room"] = rows;
+}
+
+void write_uncertainty(const RigUncertainty& u, Json& json) {
+  if (u.parameters.empty()) {
+    json.erase("uncertainty");
+    return;
+  }
+  Json modes = Json::array();
+  for (Eigen::Index i = 0; i < u.modes.cols(); ++i)
+    modes.push_back(std::vector<double>(u.modes.col(i).begin(), u.modes.col(i).end()));
+  json["uncertainty"]["parameters"] = u.parameters;
+  json["uncertainty"]["modes"] = std::move(modes);
+  if (u.residual_px > 0) json["uncertainty"]["residual_px"] = u.residual_px;
 }
 
 }  // namespace
@@ -251,6 +295,7 @@ std::string rig_to_json(const Rig& rig) {
   }
   json["cameras"] = std::move(cameras);
   json["pairs"] = std::move(pairs);
+  if (!same(rig.uncertainty, before.uncertainty)) write_uncertainty(rig.uncertainty, json);
   const std::string text = json_text(json, "rig");
   rig_of(parse_json(text.data(), text.size(),
                     "rig"));  // what is written can be read: a rig made in memory is checked here

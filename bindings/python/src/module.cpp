@@ -17,4 +17,5 @@ PYBIND11_MODULE(_core, m) {
   register_icp(m);
   register_deform(m);
   register_tracker(m);
+  register_calibration(m);
 }

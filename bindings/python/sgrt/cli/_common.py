@@ -61,8 +61,8 @@ def common(command: Command) -> Command:
 
 
 @contextlib.contextmanager
-def working(threads: int) -> Iterator[Context]:
-    """A context with a progress bar on standard error, once the work takes over a second and a person looks."""
+def progress_bar() -> Iterator[Callable[[float, str], None]]:
+    """A progress bar on standard error, once the work takes over a second and a person looks."""
     tqdm.monitor_interval = 0  # its monitor would be one thread more than granted
     bar = tqdm(
         total=1.0,
@@ -79,6 +79,13 @@ def working(threads: int) -> Iterator[Context]:
             bar.update(fraction - bar.n)
 
     with bar:
+        yield progress
+
+
+@contextlib.contextmanager
+def working(threads: int) -> Iterator[Context]:
+    """A context with a progress bar."""
+    with progress_bar() as progress:
         yield Context(threads=threads, progress=progress)
 
 

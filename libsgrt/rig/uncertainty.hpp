@@ -1,0 +1,29 @@
+// What a rig's stored calibration covariance does to a pixel and to a triangulated point: each of its modes moves them
+// by so much at one sigma, and all points of a scene together. Stereo, laser and registration carry these as shared
+// error modes. docs/theory/calibration.md eq. 20-22.
+#pragma once
+
+#include "rig/parameters.hpp"
+
+namespace sgrt {
+
+using Mat2X = Eigen::Matrix<double, 2, Eigen::Dynamic>;
+using Mat3X = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+
+// d pixel of a room point by each mode, 2 x modes, px; NaN where the point has no pixel. No columns where the rig
+// states no uncertainty.
+Mat2X pixel_modes(const Rig& rig, int camera, const Vec3& x_in_room);
+
+// d triangulated point by each mode, 3 x modes, mm: the point's image stays, the cameras move (eq. 21).
+Mat3X point_modes(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room);
+
+// Covariance of a triangulated point from the noise of its two images, px a coordinate; NaN where a camera does not see
+// it.
+Mat3 triangulation_covariance(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room, double noise_px);
+
+// The leading modes of a covariance of all parameters of the cameras: those that matter to the pixels of the whole
+// image at `distances` (mm), strongest first, until what is left is 1e-7 of the variance (eq. 20).
+RigUncertainty compact(const std::vector<Camera>& cameras, const Eigen::MatrixXd& covariance,
+                       const std::vector<double>& distances, double residual_px);
+
+}  // namespace sgrt
