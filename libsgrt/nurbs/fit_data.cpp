@@ -74,8 +74,9 @@ Data data_of(const Run& run, const Surface& s, const Chart& chart) {
   const auto block = [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t k = begin; k < end; ++k) {
       const std::int64_t i = d.row[k];
-      const double column = grid ? static_cast<double>(i % s.width) * chart.step[0] : 0;
-      const double row = grid ? static_cast<double>(i / s.width) * chart.step[1] : 0;
+      const std::int64_t grid_row = grid ? i / s.width : 0, grid_column = grid ? i % s.width : 0;
+      const double column = static_cast<double>(grid_column) * chart.step[0];
+      const double row = static_cast<double>(grid_row) * chart.step[1];
       d.at[k] = !grid           ? to_chart(chart, s.point(i))
                 : chart.swapped ? ChartPoint{row, column, 0}
                                 : ChartPoint{column, row, 0};
@@ -118,8 +119,9 @@ Trend remove_trend(const FitGrid& g, FitPoints& p) {
   Mat3 m = Mat3::Zero();
   Trend t = Trend::Zero(3, p.columns);
   const auto row_of = [&](std::int64_t cell, std::int64_t k) {
-    return Vec3(1, g.periodic ? 0 : (static_cast<double>(cell % g.cells_u) + p.tu[k]) * g.hu,
-                (static_cast<double>(cell / g.cells_u) + p.tv[k]) * g.hv);
+    const auto column = cell % g.cells_u, row = cell / g.cells_u;
+    return Vec3(1, g.periodic ? 0 : (static_cast<double>(column) + p.tu[k]) * g.hu,
+                (static_cast<double>(row) + p.tv[k]) * g.hv);
   };
   const auto each = [&](auto&& body) {
     for (std::int64_t cell = 0; cell + 1 < static_cast<std::int64_t>(p.cell_begin.size()); ++cell)

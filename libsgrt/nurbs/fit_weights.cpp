@@ -42,7 +42,8 @@ void residuals(const Run& run, const Chart& chart, const FitGrid& grid, const Fi
     cell_indices(grid, cell, at);
     for (int d = 0; d < p.columns; ++d)
       for (int i = 0; i < 16; ++i) q[d][i] = c(at[i], d);
-    const double u_cell = static_cast<double>(cell % grid.cells_u), v_cell = static_cast<double>(cell / grid.cells_u);
+    const auto column = cell % grid.cells_u, row = cell / grid.cells_u;
+    const auto u_cell = static_cast<double>(column), v_cell = static_cast<double>(row);
     for (std::int64_t k = p.cell_begin[cell]; k < p.cell_begin[cell + 1]; ++k) {
       double bu[4], bv[4], du[4], dv[4], r[3] = {0, 0, 0};
       cell_basis(p.tu[k], bu), cell_basis1(p.tu[k], du);

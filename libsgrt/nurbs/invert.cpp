@@ -246,9 +246,13 @@ ClosestPoint ClosestFinder::operator()(const Vec3& x) const {
       proved = top.bound;
       break;
     }
-    Node node = top.node < count ? d.roots[static_cast<std::size_t>(top.node)]
-                                 : std::move(nodes[static_cast<std::size_t>(top.node - count)]);
-    if (top.node < count && lower_bound_of(node.points, x) >= best.distance - tolerance) continue;
+    Node node;
+    if (top.node < count) {
+      node = d.roots[static_cast<std::size_t>(top.node)];
+      if (lower_bound_of(node.points, x) >= best.distance - tolerance) continue;
+    } else {
+      node = std::move(nodes[static_cast<std::size_t>(top.node - count)]);
+    }
     const double u = 0.5 * (node.u0 + node.u1), v = 0.5 * (node.v0 + node.v1);
     Foot centre{u, v, 0, {}};
     look(*d.evaluator, x, centre);

@@ -51,6 +51,7 @@ Vec3 value(const Blend& b, const Eigen::VectorXd& d) {
 double noise_of(const std::vector<Contact>& contacts) {
   if (contacts.empty()) return 1;
   std::vector<double> u;
+  u.reserve(contacts.size());
   for (const Contact& c : contacts) u.push_back(std::abs(c.r) / std::sqrt(c.variance));
   const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
   std::nth_element(u.begin(), middle, u.end());

@@ -29,7 +29,7 @@ FACES_A_SIDE = 0.9  # cosine; the rim of a cut faces nowhere
 
 
 @dataclass(frozen=True)
-class Reference:
+class ReferenceSurface:
     """surface: room frame. document: its JSON. volume: the closed body that it is a part of; None if captured."""
 
     surface: Surface
@@ -116,9 +116,9 @@ def _document(
 
 def _reference(
     kind: str, frame: _Frame, source: dict[str, Any], volume: Volume, threshold_hu: float | None, whole: bool
-) -> Reference:
+) -> ReferenceSurface:
     surface = volume.surface(() if whole else SKIN_FLAGS)
-    return Reference(surface, _document(kind, frame, source, volume, threshold_hu), volume)
+    return ReferenceSurface(surface, _document(kind, frame, source, volume, threshold_hu), volume)
 
 
 def from_ct(
@@ -133,7 +133,7 @@ def from_ct(
     closing_mm: float = 4.0,
     whole: bool = False,
     context: Context | None = None,
-) -> Reference:
+) -> ReferenceSurface:
     """The skin of a planning CT: a folder of DICOM images, or a NIfTI file (head first supine unless said).
 
     plan: RTPLAN whose isocentre becomes the origin (beam: where the beams' differ); isocentre_mm: in its
@@ -182,7 +182,7 @@ def from_structure(
     pixel_mm: float | None = None,
     whole: bool = False,
     context: Context | None = None,
-) -> Reference:
+) -> ReferenceSurface:
     """The body of an RTSTRUCT: the region of type EXTERNAL, or the one with this name. Arguments as from_ct.
 
     A structure set does not tell the patient position: the plan does, or `position`.
@@ -205,7 +205,7 @@ def from_structure(
     return _reference("rtstruct", frame, origin, volume, None, whole)
 
 
-def from_capture(source: PathLike, *, plan: PathLike | None = None) -> Reference:
+def from_capture(source: PathLike, *, plan: PathLike | None = None) -> ReferenceSurface:
     """A surface that was captured in the treatment room (PLY, room frame): taken as it is, its isocentre the origin."""
     surface = read_surface(source)
     found = read_plan(plan) if plan is not None else None
@@ -223,4 +223,4 @@ def from_capture(source: PathLike, *, plan: PathLike | None = None) -> Reference
         "sigma_mm": float(np.nanmedian(surface.sigma_mm)) if surface.sigma_mm is not None else None,
         "vertices": {"all": surface.point_count},
     }
-    return Reference(surface, document)
+    return ReferenceSurface(surface, document)

@@ -10,7 +10,7 @@ import click
 from ..io import read_roi, read_surface, write_surface
 from ..io._files import check_schema, naming, parse_json, read_text, write_json, writing
 from ..io.dicom import POSITIONS
-from ..reference import SCHEMA, Reference, from_capture, from_ct, from_structure
+from ..reference import SCHEMA, ReferenceSurface, from_capture, from_ct, from_structure
 from ..store import Entry, ReferenceStore
 from ._common import FILE, Failure, check_out, common, print_json, working
 
@@ -54,7 +54,7 @@ WHOLE = click.option(
 )
 
 
-def _write(out: Path, made: Reference, as_json: bool) -> None:
+def _write(out: Path, made: ReferenceSurface, as_json: bool) -> None:
     if beside(out) == out:
         raise Failure(f"--out {out}: expected a name that ends in .ply")
     write_json(beside(out), made.document)
