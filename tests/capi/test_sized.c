@@ -78,8 +78,8 @@ static void test_defaults_are_those_of_the_header(void) {
   CHECK_OK(sgrt_surface_distance_options_init(&distance, sizeof distance));
   CHECK(distance.max_distance_mm == 20);
   CHECK_OK(sgrt_stereo_options_init(&stereo, sizeof stereo));
-  CHECK(stereo.window_px == 15 && stereo.stride_px == 4 && stereo.min_component == 30);
-  CHECK(stereo.min_correlation == 0.8 && stereo.max_left_right_px == 0.5 && stereo.max_sigma_px == 0.15);
+  CHECK(stereo.window_px == 21 && stereo.stride_px == 3 && stereo.min_component == 30);
+  CHECK(stereo.min_correlation == 0.8 && stereo.max_left_right_px == 0.5 && stereo.max_sigma_px == 0.1);
   CHECK(stereo.volume_min_mm[2] == -INFINITY && stereo.volume_max_mm[0] == INFINITY);
   CHECK_OK(sgrt_icp_options_init(&icp, sizeof icp));
   CHECK(icp.max_iterations == 60 && icp.max_distance_mm == 40 && icp.max_angle_deg == 45);

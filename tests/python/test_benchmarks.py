@@ -67,13 +67,13 @@ def test_stereo_scene_has_the_disparity_it_says():
 
 
 def test_stereo_comparison():
-    line, column = (index.astype(float) for index in np.mgrid[100:200:4, 100:200:4])
+    line, column = (index.astype(float) for index in np.mgrid[100:200:4, 200:300:4])
     left_px = np.stack([column, line], axis=-1)
     right_px = np.stack([column - stereo.disparity_at_left(column, line) - 0.1, line], axis=-1)
     right_px[0] = np.nan  # one line of 25 of ours is absent
     every_line, every_column = (index.astype(float) for index in np.mgrid[: stereo.HEIGHT, : stereo.WIDTH])
     peer = stereo.disparity_at_left(every_column, every_line) + 0.3
-    peer[:, 100:140] = np.nan  # 10 columns of 25 of the peer's
+    peer[:, 200:240] = np.nan  # 10 columns of 25 of the peer's
     rms, missing = stereo.compare(left_px, right_px, peer)
     assert rms == pytest.approx([0.1, 0.3])
     assert missing == pytest.approx([1 / 25, 10 / 25])
