@@ -450,3 +450,34 @@ def test_ctrl_c_is_130_and_leaves_nothing(tmp_path):
     out, err = child.communicate(timeout=60)
     assert (child.returncode, out) == (130, "")
     one_line_about(err, "cancelled")
+
+
+def test_check_of_an_ordinary_capture(run, room, tmp_path):
+    trend = tmp_path / "trend.jsonl"
+    call = [
+        "check",
+        "--rig",
+        room / "rig.json",
+        "--pair",
+        "pod1",
+        room / "left.png",
+        room / "right.png",
+        "--trend",
+        trend,
+    ]
+    code, out, err = run(*call, "--json")
+    assert (code, err) == (0, "")
+    document = json.loads(out)
+    assert document["pass"] is True
+    assert document["figures"][0]["unit"] == "px"
+    assert abs(document["figures"][0]["value"]) < 0.1
+    assert [json.loads(line)["pass"] for line in trend.read_text().splitlines()] == [True]
+    # A camera that was knocked by 0.5 px fails, with the figure, and the trend grows.
+    rig = json.loads((room / "rig.json").read_text())
+    rig["cameras"][1]["intrinsics"][3] += 0.5
+    (tmp_path / "knocked.json").write_text(json.dumps(rig))
+    call[2] = tmp_path / "knocked.json"
+    code, out, err = run(*call, "--json")
+    assert code == 1
+    assert abs(json.loads(out)["figures"][0]["value"]) == pytest.approx(0.5, abs=0.1)
+    assert len(trend.read_text().splitlines()) == 2
