@@ -109,6 +109,7 @@ Detection detect_circles(const Run& run, const Board& board, const Image& image)
           " x " + std::to_string(board.rows) + " circles";
   if (discs.size() < wanted || discs.size() > kMostDiscs) return d;
   std::vector<Vec2> points;
+  points.reserve(discs.size());
   for (const Disc& disc : discs) points.push_back(disc.at);
   Vec2 middle = Vec2::Zero();
   for (const Vec2& p : points) middle += p / static_cast<double>(points.size());

@@ -108,8 +108,8 @@ Field field_of(const CalibrationResult& r, int c, const std::vector<double>& dis
   Eigen::MatrixXd held = field.by_pose;
   for (double distance : distances) {
     for (int i = 0; i < kMapAcross * kMapDown; ++i) {
-      const Vec2 pixel(i % kMapAcross * (camera.width - 1.0) / (kMapAcross - 1),
-                       i / kMapAcross * (camera.height - 1.0) / (kMapDown - 1));
+      const int across = i % kMapAcross, down = i / kMapAcross;
+      const Vec2 pixel(across * (camera.width - 1.0) / (kMapAcross - 1), down * (camera.height - 1.0) / (kMapDown - 1));
       const auto row = 2 * static_cast<Eigen::Index>(field.points.size());
       const Vec3 x = distance * undistort(camera, pixel).homogeneous();
       Vec2 p;

@@ -40,7 +40,7 @@ Pose pose_of_homography(const Mat3& H, const Camera& camera) {
 }
 
 // A few Gauss-Newton steps of the pose alone; the sum of squares in `cost`, infinity where it failed.
-Pose refine_pose(const Target& target, const Camera& camera, const View& view, Pose pose, double& cost) {
+Pose refine_pose(const Target& target, const Camera& camera, const View& view, const Pose& pose, double& cost) {
   constexpr int kSteps = 6;  // the bundle goes on from there
   Bundle bundle{target, {view}, {LensPrior{}}, 0, true, 0, 1};
   bundle.views[0].camera = bundle.views[0].placement = 0;

@@ -23,7 +23,8 @@ sgrt_icp_info summary_of(const IcpResult& r) {
   info.pair_count = r.pair_count;
   info.free_count = static_cast<std::int32_t>(std::min<std::size_t>(r.free.size(), 6));
   pose_to_rows(r.reference_from_live, info.reference_from_live);
-  if (!r.reference_from_live.t.allFinite()) std::fill_n(info.reference_from_live, 16, std::nan(""));  // the row 0 0 0 1 as well
+  if (!r.reference_from_live.t.allFinite())
+    std::fill_n(info.reference_from_live, 16, std::nan(""));  // the row 0 0 0 1 as well
   Eigen::Map<Vec3>(info.isocentre_mm) = r.isocentre;
   info.displacement = to_c(r.displacement);
   info.correction = to_c(r.correction);

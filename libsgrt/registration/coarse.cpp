@@ -211,6 +211,7 @@ std::vector<Candidate> climb_all(const Run& run, const Reference& reference, con
 
 std::vector<Pose> poses_of(const std::vector<Candidate>& candidates) {
   std::vector<Pose> out;
+  out.reserve(candidates.size());
   for (const Candidate& c : candidates) out.push_back(c.pose);
   return out;
 }

@@ -39,18 +39,18 @@ static inline __attribute__((always_inline)) void transpose8(const float* const*
   Lanes a[8], b[8];
   for (int i = 0; i < 8; ++i) a[i] = load8(rows[i] + from);
   for (int i = 0; i < 4; ++i) {
-    b[2 * i] = __builtin_shuffle(a[2 * i], a[2 * i + 1], IntLanes{0, 8, 1, 9, 4, 12, 5, 13});
-    b[2 * i + 1] = __builtin_shuffle(a[2 * i], a[2 * i + 1], IntLanes{2, 10, 3, 11, 6, 14, 7, 15});
+    b[2 * i] = __builtin_shufflevector(a[2 * i], a[2 * i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
+    b[2 * i + 1] = __builtin_shufflevector(a[2 * i], a[2 * i + 1], 2, 10, 3, 11, 6, 14, 7, 15);
   }
   for (int i = 0; i < 2; ++i) {
-    a[4 * i] = __builtin_shuffle(b[4 * i], b[4 * i + 2], IntLanes{0, 1, 8, 9, 4, 5, 12, 13});
-    a[4 * i + 1] = __builtin_shuffle(b[4 * i], b[4 * i + 2], IntLanes{2, 3, 10, 11, 6, 7, 14, 15});
-    a[4 * i + 2] = __builtin_shuffle(b[4 * i + 1], b[4 * i + 3], IntLanes{0, 1, 8, 9, 4, 5, 12, 13});
-    a[4 * i + 3] = __builtin_shuffle(b[4 * i + 1], b[4 * i + 3], IntLanes{2, 3, 10, 11, 6, 7, 14, 15});
+    a[4 * i] = __builtin_shufflevector(b[4 * i], b[4 * i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+    a[4 * i + 1] = __builtin_shufflevector(b[4 * i], b[4 * i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+    a[4 * i + 2] = __builtin_shufflevector(b[4 * i + 1], b[4 * i + 3], 0, 1, 8, 9, 4, 5, 12, 13);
+    a[4 * i + 3] = __builtin_shufflevector(b[4 * i + 1], b[4 * i + 3], 2, 3, 10, 11, 6, 7, 14, 15);
   }
   for (int i = 0; i < 4; ++i) {
-    out[i] = __builtin_shuffle(a[i], a[i + 4], IntLanes{0, 1, 2, 3, 8, 9, 10, 11});
-    out[i + 4] = __builtin_shuffle(a[i], a[i + 4], IntLanes{4, 5, 6, 7, 12, 13, 14, 15});
+    out[i] = __builtin_shufflevector(a[i], a[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+    out[i + 4] = __builtin_shufflevector(a[i], a[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
   }
 }
 

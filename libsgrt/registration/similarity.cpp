@@ -21,6 +21,7 @@ using Mat7 = Eigen::Matrix<double, 7, 7>;
 
 double robust_sigma(const std::vector<Contact>& contacts) {
   std::vector<double> u;
+  u.reserve(contacts.size());
   for (const Contact& c : contacts) u.push_back(std::abs(c.r) / std::sqrt(c.variance));
   const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
   std::nth_element(u.begin(), middle, u.end());

@@ -86,8 +86,8 @@ RigUncertainty compact(const std::vector<Camera>& cameras, const Eigen::MatrixXd
     const Eigen::Index own = lens_count(camera) + 6;
     for (double distance : distances) {
       for (int i = 0; i <= kGrid * kGrid + 2 * kGrid; ++i) {
-        const Vec2 pixel(i % (kGrid + 1) * (camera.width - 1.0) / kGrid,
-                         i / (kGrid + 1) * (camera.height - 1.0) / kGrid);
+        const int across = i % (kGrid + 1), down = i / (kGrid + 1);
+        const Vec2 pixel(across * (camera.width - 1.0) / kGrid, down * (camera.height - 1.0) / kGrid);
         Mat2X J;
         if (!by_parameters(camera, distance * undistort(camera, pixel).homogeneous(), J)) continue;
         Mat2X row = Mat2X::Zero(2, covariance.cols());
