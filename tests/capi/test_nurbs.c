@@ -73,7 +73,7 @@ static void test_circle(void) {
 
 static void test_sphere(void) {
   enum { kU = 9, kV = 7 };
-  double u[kU], v[kV], uv[kU * kV][2], grid[kU][kV][6][3], points[kU * kV][6][3], normals[kU * kV][3];
+  static double u[kU], v[kV], uv[kU * kV][2], grid[kU][kV][6][3], points[kU * kV][6][3], normals[kU * kV][3];
   sgrt_view at_u = sgrt_view_of(u, SGRT_F64, kU, 0, 0), at_v = sgrt_view_of(v, SGRT_F64, kV, 0, 0);
   sgrt_view at = sgrt_view_of(uv, SGRT_F64, kU * kV, 2, 0);
   sgrt_mut_view g = sgrt_mut_view_of(grid, SGRT_F64, kU * kV, 6, 3), p = g;
@@ -126,7 +126,8 @@ static void test_sphere(void) {
 }
 
 static void test_made(void) {
-  double points[4][5][3], knots[6] = {0, 0, 0, 1, 1, 1};
+  static double points[4][5][3];
+  double knots[6] = {0, 0, 0, 1, 1, 1};
   const int32_t degree[2] = {3, 3}, all[2] = {0, 0};
   const double origin[2] = {0, 0}, spacing[2] = {1, 1};
   double z[5][6] = {{0}}, where[2] = {0.5, 0.5}, point[1][3];
