@@ -48,20 +48,10 @@ Vec3 value(const Blend& b, const Eigen::VectorXd& d) {
   return u;
 }
 
-double noise_of(const std::vector<Contact>& contacts) {
-  if (contacts.empty()) return 1;
-  std::vector<double> u;
-  u.reserve(contacts.size());
-  for (const Contact& c : contacts) u.push_back(std::abs(c.r) / std::sqrt(c.variance));
-  const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
-  std::nth_element(u.begin(), middle, u.end());
-  return std::max(1.0, 1.4826 * *middle);
-}
-
 // Adds sum w (r + n . sum_k b_k delta_k)^2 / (noise^2 v + model^2).
 void add_data(const std::vector<Contact>& contacts, const std::vector<Blend>& blends, Eigen::MatrixXd& A,
               Eigen::VectorXd& g) {
-  const double noise = noise_of(contacts);
+  const double noise = std::max(1.0, robust_sigma(contacts));
   for (const Contact& c : contacts) {
     const double variance = noise * noise * c.variance + kModel2;
     const double u = c.r / std::max(kNoOutlier, kTukeyEnd * std::sqrt(variance));

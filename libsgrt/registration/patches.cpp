@@ -147,4 +147,14 @@ std::vector<PatchSum> sum_patches(const Patches& patches, const std::vector<Cont
   return sums;
 }
 
+double robust_sigma(const std::vector<Contact>& contacts) {
+  if (contacts.empty()) return 0;
+  std::vector<double> u;
+  u.reserve(contacts.size());
+  for (const Contact& c : contacts) u.push_back(std::abs(c.r) / std::sqrt(c.variance));
+  const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
+  std::nth_element(u.begin(), middle, u.end());
+  return 1.4826 * *middle;
+}
+
 }  // namespace sgrt

@@ -34,6 +34,9 @@ struct Contact {
   Vec3 y, n;           // the live point moved
 };
 
+// Robust scale of r over its own sigma: 1.4826 times the median; 0 where there is no contact.
+double robust_sigma(const std::vector<Contact>& contacts);
+
 // For each live point with a correspondence in the region; others are left out. In the live points' order.
 std::vector<Contact> contacts_at(const Run& run, const Field& field, const Patches& patches, const Surface& live,
                                  const Pose& reference_from_live, double max_distance, double min_cos,

@@ -19,15 +19,6 @@ constexpr double kTukeyEnd = 4.685;
 using Vec7 = Eigen::Matrix<double, 7, 1>;
 using Mat7 = Eigen::Matrix<double, 7, 7>;
 
-double robust_sigma(const std::vector<Contact>& contacts) {
-  std::vector<double> u;
-  u.reserve(contacts.size());
-  for (const Contact& c : contacts) u.push_back(std::abs(c.r) / std::sqrt(c.variance));
-  const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
-  std::nth_element(u.begin(), middle, u.end());
-  return std::max(1e-3, 1.4826 * *middle);
-}
-
 }  // namespace
 
 Surface scaled_about(Surface s, const Vec3& isocentre, double scale) {
@@ -50,7 +41,7 @@ Similarity fit_similarity(const Run& run, const Field& field, const Patches& pat
     const auto contacts = contacts_at(run, field, patches, scaled_about(live, isocentre, s.scale), s.pose,
                                       options.max_distance, min_cos, live_roughness);
     if (contacts.size() < 7) fail(Status::kNotFound, "the surfaces do not overlap: fewer than 7 pairs");
-    const double noise = robust_sigma(contacts);
+    const double noise = std::max(1e-3, robust_sigma(contacts));
     const Vec3 centre = s.pose * isocentre;
     Mat7 A = Mat7::Zero();
     Vec7 g = Vec7::Zero();
