@@ -823,6 +823,131 @@ SGRT_API sgrt_status sgrt_nurbs_fit_evaluate(sgrt_context *context, const sgrt_n
 SGRT_API sgrt_status sgrt_nurbs_fit_nearest(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *points,
                                             const sgrt_mut_view *uv);
 
+/* ----------------------------------------------------------------------------------------------------- curvature */
+
+/* Curvature, 1/mm, in one convention: the normal points outward (towards the sensor) and convex is positive, so that a sphere of
+ * radius R has k1 = k2 = H = 1/R and the tip of a nose H > 0. k1 >= k2 are the principal curvatures, H = (k1 + k2)/2 and
+ * K = k1 k2, the shape index S = 2/pi atan2(k1 + k2, k1 - k2) (+1 a cap, 0 a saddle, -1 a cup, NaN on a plane), the curvedness
+ * sqrt((k1^2 + k2^2)/2) (docs/theory/curvature.md). What is not known is NaN, with a reason. */
+
+/* The signs of H and K (fig. 10.7); zero is what does not exceed two sigma. */
+enum {
+  SGRT_HK_UNKNOWN = 0,
+  SGRT_HK_FLAT = 1,
+  SGRT_HK_PEAK = 2,          /* H > 0, K > 0: a convex cap */
+  SGRT_HK_PIT = 3,           /* H < 0, K > 0: a concave cup */
+  SGRT_HK_RIDGE = 4,         /* H > 0, K = 0 */
+  SGRT_HK_VALLEY = 5,        /* H < 0, K = 0 */
+  SGRT_HK_SADDLE_RIDGE = 6,  /* H > 0, K < 0 */
+  SGRT_HK_SADDLE_VALLEY = 7, /* H < 0, K < 0 */
+  SGRT_HK_MINIMAL = 8        /* H = 0, K < 0 */
+};
+
+/* Curvature of a curve at parameters (eq. 10.11): |c' x c''| / |c'|^3, whatever the parameter, and torsion. u: N. outside:
+ * SGRT_OUTSIDE_... plane_normal: NULL, or 3 numbers: the curvature is then signed, positive where the curve turns left as seen
+ * from the tip of the normal. curvature, torsion: f64, N, either may be NULL. Torsion is NaN where the curve is straight.
+ * SGRT_E_INVALID_ARGUMENT  a parameter outside the domain; a normal without length. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_nurbs_curve(const sgrt_nurbs_curve *curve, const sgrt_view *u, int32_t outside,
+                                                const double plane_normal[3], const sgrt_mut_view *curvature,
+                                                const sgrt_mut_view *torsion);
+
+/* The same of points sampled along a curve: N x 3, mm. closed: 1 where the last is followed by the first. A polynomial of `degree`
+ * (3 to 6) of the chord length is fitted to each point and `half_window` neighbours on each side. sigma_mm: of each coordinate,
+ * or 0; sigma_curvature tells what it does. Each output: f64, N, or NULL; NaN where points are absent (NaN), coincide or are too few.
+ * SGRT_E_INVALID_ARGUMENT   degree, half_window (fewer samples than unknowns), sigma_mm out of range
+ * SGRT_E_INSUFFICIENT_DATA  fewer than degree + 1 points. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_points(const sgrt_view *points_mm, int32_t closed, int32_t half_window, int32_t degree,
+                                           double sigma_mm, const double plane_normal[3],
+                                           const sgrt_mut_view *curvature, const sgrt_mut_view *torsion,
+                                           const sgrt_mut_view *sigma_curvature);
+
+/* What is wanted of N places; an array whose data is NULL is not. */
+typedef struct sgrt_curvature_samples {
+  uint32_t struct_size;
+  int32_t reserved;
+  sgrt_mut_view k1, k2, mean, gauss, shape_index, curvedness; /* f64, N */
+  sgrt_mut_view normals, d1, d2; /* f64, N x 3: outward normal, directions of k1 and k2; n, d1, d2 right-handed */
+  sgrt_mut_view hk;              /* u8, N: SGRT_HK_... */
+} sgrt_curvature_samples;
+/* Empties *samples and sets its struct_size. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_samples_init(sgrt_curvature_samples *samples, size_t size);
+/* Exact curvature of a NURBS surface at parameters uv: N x 2; its normal is S_u x S_v (eq. 10.12-10.17). All NaN at a pole.
+ * SGRT_E_INVALID_ARGUMENT  a parameter outside the domain; an output of another shape. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_nurbs_surface(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                                  const sgrt_view *uv, int32_t outside,
+                                                  const sgrt_curvature_samples *samples);
+
+/* Curvature at every point of a surface, with its uncertainty. Immutable. */
+typedef struct sgrt_curvature sgrt_curvature;
+
+typedef struct sgrt_curvature_options {
+  uint32_t struct_size;
+  int32_t degree;          /* of the fit to a point's neighbours, 2 to 4. Default 2 (normal sections are circles); 3 and 4 are jets */
+  double radius_mm;        /* of the neighbourhood; 0, the default: chosen at each place, where the predicted error is least */
+  double max_radius_mm;    /* of a chosen one; default 25 */
+  double noise_mm;         /* one sigma along the normal; 0, the default: the surface's sigma or covariance, or measured */
+  double max_sigma_per_mm; /* of H: above it nothing is said; default 0.1 */
+} sgrt_curvature_options;
+SGRT_API sgrt_status sgrt_curvature_options_init(sgrt_curvature_options *options, size_t size);
+
+/* Fits the shape about every point: cloud, organised grid or mesh (docs/theory/curvature.md eq. 10-18). The surface must have
+ * normals (outward is not guessed: see sgrt_surface_estimate_normals; a mesh has them). Points at one place count once.
+ * options may be NULL. *result is written for SGRT_OK only; free with sgrt_curvature_free. Uses the context's threads; the result
+ * does not depend on their number.
+ * SGRT_E_INVALID_ARGUMENT   no normals; an option out of range
+ * SGRT_E_INSUFFICIENT_DATA  not one point has curvature: the message says why
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_compute(sgrt_context *context, const sgrt_surface *surface,
+                                            const sgrt_curvature_options *options, sgrt_curvature **result);
+SGRT_API void sgrt_curvature_free(sgrt_curvature *result);
+
+/* Why a point has no curvature. */
+enum {
+  SGRT_CURVATURE_KNOWN = 0,
+  SGRT_CURVATURE_ABSENT = 1,      /* no point */
+  SGRT_CURVATURE_NO_NORMAL = 2,   /* what is outward is not known there */
+  SGRT_CURVATURE_TOO_FEW = 3,     /* fewer neighbours than unknowns, or on a line */
+  SGRT_CURVATURE_BORDER = 4,      /* neighbours on one side only: a border or a hole */
+  SGRT_CURVATURE_DISAGREE = 5,    /* neighbours have the opposite normal */
+  SGRT_CURVATURE_NOT_A_SHEET = 6, /* the neighbours are no height over any plane */
+  SGRT_CURVATURE_TOO_NOISY = 7    /* sigma of H above max_sigma_per_mm */
+};
+/* The word of a reason ("known", "border", ...); "unknown" for any other number. since 0.1 */
+SGRT_API const char *sgrt_curvature_reason_word(int32_t reason);
+
+typedef struct sgrt_curvature_info {
+  uint32_t struct_size;
+  int32_t reserved;
+  int64_t point_count, known_count, duplicate_count;
+  int64_t reason_count[8]; /* points by SGRT_CURVATURE_... */
+  int64_t height, width;   /* of the grid; 0 for a cloud or mesh */
+  double spacing_mm;       /* a point stands for the square of it */
+  double noise_mm;         /* one sigma along the normal that was used, the median; NaN where it could not be measured */
+} sgrt_curvature_info;
+SGRT_API sgrt_status sgrt_curvature_summary(const sgrt_curvature *result, sgrt_curvature_info *info);
+
+enum {
+  SGRT_CURVATURE_K1 = 1, /* f64, N or H x W, as all that follow unless said */
+  SGRT_CURVATURE_K2 = 2,
+  SGRT_CURVATURE_MEAN = 3,
+  SGRT_CURVATURE_GAUSS = 4,
+  SGRT_CURVATURE_SHAPE_INDEX = 5,
+  SGRT_CURVATURE_CURVEDNESS = 6,
+  SGRT_CURVATURE_SIGMA_K1 = 7, /* one sigma: noise, and the bias expected of the scale */
+  SGRT_CURVATURE_SIGMA_K2 = 8,
+  SGRT_CURVATURE_SIGMA_MEAN = 9,
+  SGRT_CURVATURE_SIGMA_GAUSS = 10,
+  SGRT_CURVATURE_SIGMA_SHAPE_INDEX = 11,
+  SGRT_CURVATURE_RADIUS = 12,  /* mm, of the neighbourhood */
+  SGRT_CURVATURE_NORMALS = 13, /* N x 3 or H x W x 3: of the fitted surface */
+  SGRT_CURVATURE_D1 = 14,      /* like them: direction of k1 */
+  SGRT_CURVATURE_D2 = 15,
+  SGRT_CURVATURE_HK = 16,      /* u8: SGRT_HK_... */
+  SGRT_CURVATURE_REASON = 17   /* u8: SGRT_CURVATURE_KNOWN ... */
+};
+/* Lends an array; it lives as long as the result. SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_array(const sgrt_curvature *result, int32_t field, sgrt_view *view);
+
 /* -------------------------------------------------------------------------------------------------------- volume */
 
 /* A closed body with the skin round it: what a planning CT or a structure set says of the patient. Immutable. */

@@ -26,6 +26,7 @@
 #include "registration/deform.hpp"
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
+#include "shape/curvature.hpp"
 #include "stereo/stereo.hpp"
 #include "tracking/tracker.hpp"
 #include "volume/contours.hpp"
@@ -80,6 +81,10 @@ struct sgrt_nurbs_surface {
 
 struct sgrt_nurbs_fit {
   sgrt::NurbsFit fit;
+};
+
+struct sgrt_curvature {
+  sgrt::CurvatureField field;
 };
 
 struct sgrt_volume {

@@ -64,6 +64,9 @@ struct Roi {
 struct Rig {
   Owned<sgrt_rig, sgrt_rig_free> handle;
 };
+struct Curve {
+  Owned<sgrt_nurbs_curve, sgrt_nurbs_curve_free> handle;
+};
 struct Nurbs {  // a surface
   Owned<sgrt_nurbs_surface, sgrt_nurbs_surface_free> handle;
 };
@@ -230,6 +233,7 @@ void register_rig(py::module_& m);
 void register_stereo(py::module_& m);
 void register_nurbs(py::module_& m);
 void register_nurbs_fit(py::module_& m);
+void register_curvature(py::module_& m);
 void register_volume(py::module_& m);
 void register_icp(py::module_& m);
 void register_calibration(py::module_& m);

@@ -13,6 +13,7 @@ PYBIND11_MODULE(_core, m) {
   register_stereo(m);
   register_nurbs(m);
   register_nurbs_fit(m);
+  register_curvature(m);
   register_volume(m);
   register_icp(m);
   register_deform(m);
