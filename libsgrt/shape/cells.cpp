@@ -16,6 +16,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr std::int64_t kSamples = 400;
 constexpr int kNeighbours = 9;
 constexpr double kCellsPerPoint = 24;
+constexpr double kNodeCell = 3.5;  // cells of the finest level over the spacing: one node each
 
 double median(std::vector<double>& values) {
   if (values.empty()) return kNan;
@@ -150,13 +151,76 @@ Cells make_cells(const Surface& surface, double size) {
     c.begin[cells] = static_cast<std::int64_t>(c.row.size());
   }
   const std::size_t n = c.row.size() + 4;
-  for (auto* v : {&c.x, &c.y, &c.z, &c.nx, &c.ny, &c.nz}) v->assign(n, 0);
+  for (auto* v : {&c.x, &c.y, &c.z, &c.nx, &c.ny, &c.nz, &c.weight}) v->assign(n, 0);
   for (std::size_t i = 0; i < c.row.size(); ++i) {
     const Vec3 p = surface.point(c.row[i]), m = surface.normal(c.row[i]);
     c.x[i] = p[0], c.y[i] = p[1], c.z[i] = p[2];
     c.nx[i] = m[0], c.ny[i] = m[1], c.nz[i] = m[2];
+    c.weight[i] = 1;
   }
   return c;
+}
+
+namespace {
+
+// Means of the points of each cell.
+Surface thinned(const Cells& fine, std::vector<double>* weight) {
+  Surface s;
+  std::vector<double> rows;
+  rows.reserve(6 * fine.row.size());
+  for (std::size_t cell = 0; cell + 1 < fine.begin.size(); ++cell) {
+    Vec3 x = Vec3::Zero(), n = Vec3::Zero();
+    double sum = 0;
+    for (std::int64_t i = fine.begin[cell]; i < fine.begin[cell + 1]; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      x += fine.weight[k] * Vec3(fine.x[k], fine.y[k], fine.z[k]);
+      n += fine.weight[k] * Vec3(fine.nx[k], fine.ny[k], fine.nz[k]);
+      sum += fine.weight[k];
+    }
+    if (!(n.norm() > 0.3 * sum)) continue;  // two sheets back to back
+    x /= sum;
+    n.normalize();
+    rows.insert(rows.end(), {x[0], x[1], x[2], n[0], n[1], n[2]});
+    weight->push_back(sum);
+  }
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>> all(
+      rows.data(), static_cast<Eigen::Index>(weight->size()), 6);
+  s.points = all.leftCols<3>();
+  s.normals = all.rightCols<3>();
+  return s;
+}
+
+}  // namespace
+
+Pyramid make_pyramid(const Surface& surface, double spacing) {
+  constexpr double kSide = 2, kWide = 3.5, kBox = 2;  // of a cube over the spacing; of a disc, and of a cell, over a cube
+  Pyramid p;
+  p.levels.push_back(make_cells(surface, kNodeCell * spacing));
+  p.least_radius.push_back(0);
+  double side = kSide * spacing;
+  for (int k = 0; k < 5 && p.levels.back().size_of() > 200; ++k, side *= 2) {
+    std::vector<double> weight;
+    Surface all;
+    const Cells& fine = p.levels.back();
+    // The level below, sorted anew into cubes.
+    all.points.resize(fine.size_of(), 3);
+    all.normals.resize(fine.size_of(), 3);
+    for (std::int64_t i = 0; i < fine.size_of(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      all.points.row(i) << fine.x[at], fine.y[at], fine.z[at];
+      all.normals.row(i) << fine.nx[at], fine.ny[at], fine.nz[at];
+    }
+    Cells cubes = make_cells(all, side);
+    if (cubes.size > 1.01 * side) break;  // spread too wide
+    for (std::size_t i = 0; i < cubes.row.size(); ++i) cubes.weight[i] = fine.weight[static_cast<std::size_t>(cubes.row[i])];
+    const Surface means = thinned(cubes, &weight);
+    if (means.size() < 50) break;
+    Cells level = make_cells(means, kBox * side);
+    for (std::size_t i = 0; i < level.row.size(); ++i) level.weight[i] = weight[static_cast<std::size_t>(level.row[i])];
+    p.levels.push_back(std::move(level));
+    p.least_radius.push_back(kWide * side);
+  }
+  return p;
 }
 
 }  // namespace sgrt

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kCell = 2.5;        // of a cell over the spacing
-constexpr double kTilt = 0.12;       // the frame is turned and the fit done again above it
+constexpr double kStraight = 0.993;  // cosine of the frame with the fit, below which it is done again in a better frame
+constexpr double kOff = 0.05;        // as is one whose middle lies further from the fit, over the radius
 constexpr double kShrink = 0.7;      // of the disc at a border
 constexpr int kShrinks = 2;
 constexpr double kExact = 1e-9;      // curvature over the disc's radius that is rounding
@@ -45,8 +45,9 @@ void make_room(CurvatureField& f, const Surface& surface) {
   f.hk.assign(static_cast<std::size_t>(n), 0);
 }
 
-Heights heights_of(const Run& run, const Surface& surface, const Cells& cells, double spacing,
+Heights heights_of(const Run& run, const Surface& surface, const Pyramid& pyramid, double spacing,
                    const CurvatureOptions& o, double* median) {
+  const Cells& cells = pyramid.levels[0];
   Heights h;
   if (o.noise > 0) {
     h.common = o.noise * o.noise * surface.correlation_points;
@@ -68,7 +69,7 @@ Heights heights_of(const Run& run, const Surface& surface, const Cells& cells, d
     }
     return h;
   }
-  const double v = measured_variance(run, cells, spacing, o.degree);
+  const double v = measured_variance(run, pyramid, spacing, o.degree);
   *median = std::sqrt(v);
   h.common = (v == v ? v : 0) * surface.correlation_points;
   return h;
@@ -124,14 +125,15 @@ class Field {
   }
 
   void fill() {
-    const Cells cells = make_cells(surface_, kCell * f_.spacing);
+    const Pyramid pyramid = make_pyramid(surface_, f_.spacing);
+    const Cells& cells = pyramid.levels[0];
     f_.duplicates = cells.duplicates;
-    const Heights heights = heights_of(run_, surface_, cells, f_.spacing, o_, &f_.noise);
-    const Scales scales = choose_scales(run_, cells, f_.spacing, o_, heights);
+    const Heights heights = heights_of(run_, surface_, pyramid, f_.spacing, o_, &f_.noise);
+    const Scales scales = choose_scales(run_, pyramid, f_.spacing, o_, heights);
     parallel_for(
         run_, cells.size_of(), kBlock,
         [&](std::int64_t begin, std::int64_t end) {
-          JetFitter fitter(run_, cells, o_.degree);
+          JetFitter fitter(run_, pyramid, o_.degree);
           for (std::int64_t i = begin; i < end; ++i) at_point(fitter, cells, scales, heights, i);
         },
         "curvature");
@@ -144,17 +146,24 @@ class Field {
     const Vec3 x(cells.x[at], cells.y[at], cells.z[at]), own(cells.nx[at], cells.ny[at], cells.nz[at]);
     const Node& node =
         scales.nodes[static_cast<std::size_t>(scales.node[static_cast<std::size_t>(cells.cell_of(x))])];
-    Vec3 normal = own;
+    Vec3 normal = own, centre = x;
     double radius = o_.radius > 0 ? o_.radius : node.radius;
     if (node.found) {
-      const Vec3 n = (node.normal + node.tensor * (x - node.x)).normalized();
-      if (n.dot(own) > 0.3) normal = n;
+      // The frame as the cell's node foresees it: the disc's middle has to lie on the skin, not on a noisy point.
+      const Vec3 d = x - node.foot;
+      const Vec3 n = (node.normal + node.tensor * d).normalized();
+      const double height = node.normal.dot(d) + 0.5 * d.dot(node.tensor * d);
+      if (n.dot(own) > 0.3 && std::abs(height) < 0.5 * radius) {
+        normal = n;
+        centre = x - height * n;
+      }
     }
     Jet jet;
     for (int k = 0;; ++k) {
-      jet = fitter.fit(x, normal, radius);
-      if (jet.fault == JetFault::kNone && jet.normal.dot(normal) < std::cos(kTilt)) {
-        const Jet again = fitter.fit(x, jet.normal, radius);
+      jet = fitter.fit(centre, normal, radius);
+      const bool off = jet.fault == JetFault::kNone && (jet.normal.dot(normal) < kStraight || (jet.foot - centre).norm() > kOff * radius);
+      if (off) {
+        const Jet again = fitter.fit(jet.foot, jet.normal, radius);
         if (again.fault == JetFault::kNone) jet = again;
       }
       if (jet.fault != JetFault::kBorder || o_.radius > 0 || k == kShrinks) break;

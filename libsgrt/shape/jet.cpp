@@ -105,10 +105,14 @@ void to_tensor(const Solved& s, const Vec3& p, const Mat3& axes, double radius, 
 
 }  // namespace
 
-JetFitter::JetFitter(const Run& run, const Cells& cells, int degree)
-    : cells_(cells), degree_(degree), avx2_(run.isa == Isa::kAvx2) {}
+JetFitter::JetFitter(const Run& run, const Pyramid& pyramid, int degree)
+    : pyramid_(pyramid), degree_(degree), avx2_(run.isa == Isa::kAvx2) {}
 
 void JetFitter::gather(const Vec3& p, const Mat3& axes, double radius) {
+  std::size_t level = 0;
+  // The jets' higher terms would see the cubes.
+  while (degree_ == 2 && level + 1 < pyramid_.levels.size() && radius >= pyramid_.least_radius[level + 1]) ++level;
+  const Cells& cells = pyramid_.levels[level];
   kernels::Disc disc;
   Eigen::Map<Vec3>(disc.centre) = p;
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(disc.axes) = axes;
@@ -116,16 +120,16 @@ void JetFitter::gather(const Vec3& p, const Mat3& axes, double radius) {
   disc.least_cosine = kLeastCosine;
   std::int64_t from[3], to[3];
   for (int k = 0; k < 3; ++k) {
-    from[k] = cells_.axis_cell(k, p[k] - radius);
-    to[k] = cells_.axis_cell(k, p[k] + radius);
+    from[k] = cells.axis_cell(k, p[k] - radius);
+    to[k] = cells.axis_cell(k, p[k] + radius);
   }
-  const auto sheet = cells_.sheet();
+  const auto sheet = cells.sheet();
   n_ = 0;
   for (std::int64_t k = from[2]; k <= to[2]; ++k) {
     for (std::int64_t j = from[1]; j <= to[1]; ++j) {
-      const std::int64_t row = (k * cells_.count[1] + j) * cells_.count[0];
-      const std::int64_t begin = cells_.begin[static_cast<std::size_t>(row + from[0])];
-      const std::int64_t end = cells_.begin[static_cast<std::size_t>(row + to[0] + 1)];
+      const std::int64_t row = (k * cells.count[1] + j) * cells.count[0];
+      const std::int64_t begin = cells.begin[static_cast<std::size_t>(row + from[0])];
+      const std::int64_t end = cells.begin[static_cast<std::size_t>(row + to[0] + 1)];
       if (begin == end) continue;
       const auto need = static_cast<std::size_t>(n_ + (end - begin) + 4);
       if (u_.size() < need) {
@@ -176,24 +180,25 @@ Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
 }
 
 void JetFitter::look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const {
+  const Cells& cells = pyramid_.levels[0];
   *all = *against = 0;
   std::int64_t from[3], to[3];
   for (int k = 0; k < 3; ++k) {
-    from[k] = cells_.axis_cell(k, p[k] - radius);
-    to[k] = cells_.axis_cell(k, p[k] + radius);
+    from[k] = cells.axis_cell(k, p[k] - radius);
+    to[k] = cells.axis_cell(k, p[k] + radius);
   }
   for (std::int64_t k = from[2]; k <= to[2]; ++k) {
     for (std::int64_t j = from[1]; j <= to[1]; ++j) {
-      const std::int64_t row = (k * cells_.count[1] + j) * cells_.count[0];
-      const std::int64_t end = std::min(cells_.begin[static_cast<std::size_t>(row + to[0] + 1)],
-                                        cells_.begin[static_cast<std::size_t>(row + from[0])] + kMost);
-      for (std::int64_t i = cells_.begin[static_cast<std::size_t>(row + from[0])]; i < end; ++i) {
+      const std::int64_t row = (k * cells.count[1] + j) * cells.count[0];
+      const std::int64_t end = std::min(cells.begin[static_cast<std::size_t>(row + to[0] + 1)],
+                                        cells.begin[static_cast<std::size_t>(row + from[0])] + kMost);
+      for (std::int64_t i = cells.begin[static_cast<std::size_t>(row + from[0])]; i < end; ++i) {
         const auto at = static_cast<std::size_t>(i);
-        const Vec3 d(cells_.x[at] - p[0], cells_.y[at] - p[1], cells_.z[at] - p[2]);
+        const Vec3 d(cells.x[at] - p[0], cells.y[at] - p[1], cells.z[at] - p[2]);
         if (d.squaredNorm() > radius * radius) continue;
         ++*all;
         // A thin body has a far side too: only points in the same sheet count against.
-        const double c = normal[0] * cells_.nx[at] + normal[1] * cells_.ny[at] + normal[2] * cells_.nz[at];
+        const double c = normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
         if (c < -0.5 && std::abs(d.dot(normal)) < 0.3 * radius) ++*against;
       }
     }

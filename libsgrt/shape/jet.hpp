@@ -27,7 +27,7 @@ struct Jet {
 // One thread's scratch.
 class JetFitter {
  public:
-  JetFitter(const Run& run, const Cells& cells, int degree);
+  JetFitter(const Run& run, const Pyramid& pyramid, int degree);
   // At place p with about this normal (outward).
   Jet fit(const Vec3& p, const Vec3& normal, double radius);
   // Points in the ball, of any normal: their number, and how many look the other way.
@@ -36,7 +36,7 @@ class JetFitter {
  private:
   void gather(const Vec3& p, const Mat3& axes, double radius);
 
-  const Cells& cells_;
+  const Pyramid& pyramid_;
   int degree_;
   bool avx2_;
   long n_ = 0;

@@ -8,7 +8,8 @@ constexpr int kMoments = 28;  // 21 of the basis by itself, 6 with the height, a
 // Points in a frame, sorted by cell; arrays end in four numbers more.
 struct Sheet {
   const double *x, *y, *z;     // mm
-  const double *nx, *ny, *nz;  // unit normals, or all null: every point counts
+  const double *nx, *ny, *nz;  // unit normals
+  const double* weight;        // how many measured points each stands for
 };
 
 struct Disc {
@@ -18,14 +19,14 @@ struct Disc {
   double least_cosine;  // of a point's normal with the frame's
 };
 
-// Points begin ... end - 1 of the sheet that lie in the disc, over its radius: u, v, w (the height), and 1; the others
-// 0 0 0 0. Writes whole groups of four; returns how many numbers each array then holds more.
+// Points begin ... end - 1 of the sheet that lie in the disc, over its radius: u, v, w (the height), and weight;
+// the others 0 0 0 0. Writes whole groups of four; returns how many numbers each array then holds more.
 long gather_baseline(const Sheet& sheet, const Disc& disc, long begin, long end, double* u, double* v, double* w,
                      double* one);
 long gather_avx2(const Sheet& sheet, const Disc& disc, long begin, long end, double* u, double* v, double* w,
                  double* one);
 
-// Sums of the products of (1, u, v, g u^2, g u v, g v^2, w), g = 1 + w^2 / (u^2 + v^2) (eq. 11): the upper triangle row by row.
+// Weighted sums of the products of (1, u, v, g u^2, g u v, g v^2, w), g = 1 + w^2 / (u^2 + v^2) (eq. 11): the upper triangle row by row.
 void moments_baseline(const double* u, const double* v, const double* w, const double* one, long n, double* sums);
 void moments_avx2(const double* u, const double* v, const double* w, const double* one, long n, double* sums);
 

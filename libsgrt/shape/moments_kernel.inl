@@ -32,15 +32,12 @@ static inline long gather(const Sheet& s, const Disc& d, long begin, long end, d
     const Four x = load4(s.x + i) - cx, y = load4(s.y + i) - cy, z = load4(s.z + i) - cz;
     const long left = end - i;
     FourBits in = (x * x + y * y + z * z <= limit) & (lane < FourBits{left, left, left, left});
-    if (s.nx) {
-      const Four c = n0 * load4(s.nx + i) + n1 * load4(s.ny + i) + n2 * load4(s.nz + i);
-      in &= c >= cosine;
-    }
+    in &= n0 * load4(s.nx + i) + n1 * load4(s.ny + i) + n2 * load4(s.nz + i) >= cosine;
     if ((in[0] | in[1] | in[2] | in[3]) == 0) continue;
     store4(u + to, masked(in, a[0] * x + a[1] * y + a[2] * z));
     store4(v + to, masked(in, a[3] * x + a[4] * y + a[5] * z));
     store4(w + to, masked(in, a[6] * x + a[7] * y + a[8] * z));
-    store4(one + to, masked(in, all4(1)));
+    store4(one + to, masked(in, load4(s.weight + i)));
     to += 4;
   }
   return to;
@@ -60,40 +57,42 @@ static inline void moments(const double* u, const double* v, const double* w, co
     const Four uu = a * a, vv = b * b, rho = uu + vv;
     const Four g = unit + h * h / (rho + all4(1e-6));
     const Four d = uu * g, e = a * b * g, f = vv * g;
+    const Four oa = o * a, ob = o * b;
     s[0] += o;
-    s[1] += a;
-    s[2] += b;
-    s[3] += d;
-    s[4] += e;
-    s[5] += f;
-    s[6] += h;
-    s[7] += uu;
-    s[8] += a * b;
-    s[9] += a * d;
-    s[10] += a * e;
-    s[11] += a * f;
-    s[12] += a * h;
-    s[13] += vv;
+    s[1] += oa;
+    s[2] += ob;
+    s[3] += o * d;
+    s[4] += o * e;
+    s[5] += o * f;
+    s[6] += o * h;
+    s[7] += oa * a;
+    s[8] += oa * b;
+    s[9] += oa * d;
+    s[10] += oa * e;
+    s[11] += oa * f;
+    s[12] += oa * h;
+    s[13] += ob * b;
   }
   for (long i = 0; i < n; i += 4) {
-    const Four a = load4(u + i), b = load4(v + i), h = load4(w + i);
+    const Four o = load4(one + i), a = load4(u + i), b = load4(v + i), h = load4(w + i);
     const Four uu = a * a, vv = b * b, rho = uu + vv;
     const Four g = unit + h * h / (rho + all4(1e-6));
     const Four d = uu * g, e = a * b * g, f = vv * g;
-    s[14] += b * d;
-    s[15] += b * e;
-    s[16] += b * f;
-    s[17] += b * h;
-    s[18] += d * d;
-    s[19] += d * e;
-    s[20] += d * f;
-    s[21] += d * h;
-    s[22] += e * e;
-    s[23] += e * f;
-    s[24] += e * h;
-    s[25] += f * f;
-    s[26] += f * h;
-    s[27] += h * h;
+    const Four ob = o * b, od = o * d, oe = o * e, of = o * f, oh = o * h;
+    s[14] += ob * d;
+    s[15] += ob * e;
+    s[16] += ob * f;
+    s[17] += ob * h;
+    s[18] += od * d;
+    s[19] += od * e;
+    s[20] += od * f;
+    s[21] += od * h;
+    s[22] += oe * e;
+    s[23] += oe * f;
+    s[24] += oe * h;
+    s[25] += of * f;
+    s[26] += of * h;
+    s[27] += oh * h;
   }
   for (int k = 0; k < 28; ++k) keep(sums + k, s[k]);
 }

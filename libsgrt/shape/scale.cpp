@@ -12,11 +12,14 @@ namespace {
 constexpr double kStep = 1.25;        // of the ladder
 constexpr double kFirst[5] = {0, 0, 2.2, 2.8, 3.4};  // smallest radius over the spacing, by degree
 constexpr int kRungs = 16, kApart = 2;  // the drift is taken over so many rungs
+constexpr double kWidest = 0.8;          // radius of a disc over the smallest radius of curvature
+constexpr double kCaution = 2.5;        // weight of bias against noise: a sigma should mean noise first of all
+constexpr double kCredit = 0.6;         // of the bias that is reported: part of what is found is noise
 constexpr std::int64_t kBlock = 16;
 
 struct Rung {
   bool found = false;
-  Vec3 normal;
+  Vec3 foot, normal;
   Mat3 tensor;
   double mean, variance_mean, variance_tensor;  // for the heights' own variance
 };
@@ -29,14 +32,19 @@ Mat3 tensor_of(const Jet& j) {
 // Climbs the ladder at a place; each rung takes its normal from the one before.
 void climb(JetFitter& fitter, const Vec3& x, const Vec3& start, double variance, const std::vector<double>& radii,
            Rung* rungs) {
-  Vec3 normal = start;
+  Vec3 foot = x, normal = start;
   for (std::size_t k = 0; k < radii.size(); ++k) {
-    const Jet jet = fitter.fit(x, normal, radii[k]);
+    const Jet jet = fitter.fit(foot, normal, radii[k]);
     if (jet.fault == JetFault::kTooFew) continue;
     if (jet.fault != JetFault::kNone) break;
+    // Beyond it the disc is no longer a sheet; the first rungs stand, however noisy.
+    const double D = std::hypot(0.5 * (jet.a - jet.c), jet.b);
+    const double sigma = std::sqrt(variance * jet.covariance.trace());
+    if (k > 2 && radii[k] * (std::abs(0.5 * (jet.a + jet.c)) + D - sigma) > kWidest) break;
     Rung& r = rungs[k];
     r.found = true;
     r.normal = normal = jet.normal;
+    r.foot = foot = x - normal * normal.dot(x - jet.foot);
     r.tensor = tensor_of(jet);
     r.mean = 0.5 * (jet.a + jet.c);
     const Mat3& C = jet.covariance;
@@ -75,15 +83,15 @@ std::int64_t middle_point(const Cells& cells, std::int64_t cell) {
   return best;
 }
 
-struct Pool {
-  double drift_mean = 0, drift_tensor = 0;
-  int count = 0;
+struct Drift {
+  double mean = 0, tensor = 0, variance = 0, count = 0;
 };
 
 class Chooser {
  public:
-  Chooser(const Run& run, const Cells& cells, double spacing, const CurvatureOptions& options, const Heights& heights)
-      : run_(run), cells_(cells), options_(options), heights_(heights) {
+  Chooser(const Run& run, const Pyramid& pyramid, double spacing, const CurvatureOptions& options,
+          const Heights& heights)
+      : run_(run), pyramid_(pyramid), cells_(pyramid.levels[0]), options_(options), heights_(heights) {
     if (options.radius > 0) {
       radii_ = {options.radius};
       return;
@@ -105,8 +113,10 @@ class Chooser {
     }
     out_.nodes.resize(cell_.size());
     rungs_.resize(cell_.size() * radii_.size());
+    drifts_.resize(rungs_.size());
     const auto n = static_cast<std::int64_t>(cell_.size());
     parallel_for(run_, n, kBlock, [&](std::int64_t a, std::int64_t b) { climb_block(a, b); }, "curvature: scales");
+    parallel_for(run_, n, 64, [&](std::int64_t a, std::int64_t b) { drift_block(a, b); }, "curvature: scales");
     parallel_for(run_, n, 64, [&](std::int64_t a, std::int64_t b) { choose_block(a, b); }, "curvature: scales");
     smooth();
     return std::move(out_);
@@ -114,7 +124,7 @@ class Chooser {
 
  private:
   void climb_block(std::int64_t begin, std::int64_t end) {
-    JetFitter fitter(run_, cells_, options_.degree);
+    JetFitter fitter(run_, pyramid_, options_.degree);
     for (std::int64_t i = begin; i < end; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const std::int64_t p = middle_point(cells_, cell_[k]);
@@ -144,49 +154,66 @@ class Chooser {
     }
   }
 
-  // Squared drift from rung k to rung k + kApart, less what noise alone does to it; the larger disc holds the smaller, so that
-  // the variance of their difference is the difference of their variances.
-  Pool drift(std::int64_t i, std::size_t k) const {
-    Pool pool;
-    const double reach = std::clamp(radii_[k] / cells_.size, 1.0, 2.0);
+  // Squared drift of a node from rung k to rung k + kApart, less what noise alone does to it; the larger disc holds the
+  // smaller, so that the variance of their difference is the difference of their variances.
+  void drift_block(std::int64_t begin, std::int64_t end) {
+    const std::size_t n = radii_.size();
+    for (std::int64_t i = begin; i < end; ++i) {
+      for (std::size_t k = 0; k + kApart < n; ++k) {
+        const auto at = static_cast<std::size_t>(i) * n + k;
+        const Rung &a = rungs_[at], &b = rungs_[at + kApart];
+        if (!a.found || !b.found) continue;
+        const double d = b.mean - a.mean;
+        drifts_[at].mean = d * d - (a.variance_mean - b.variance_mean);
+        drifts_[at].tensor = (b.tensor - a.tensor).squaredNorm() - (a.variance_tensor - b.variance_tensor);
+        drifts_[at].variance = a.variance_tensor;
+        drifts_[at].count = 1;
+      }
+    }
+  }
+
+  // Squared bias over r^2 order as the drifts about a node up to rung k tell it, each weighed by what noise does to it.
+  void add_drifts(std::int64_t i, std::size_t k, double order, Drift* sum) const {
+    Drift pool;
+    const double reach = std::clamp(radii_[k] / cells_.size, 1.0, 3.0);
     around(i, static_cast<std::int64_t>(std::lround(reach)), [&](std::size_t node) {
-      const Rung &a = rungs_[node * radii_.size() + k], &b = rungs_[node * radii_.size() + k + kApart];
-      if (!a.found || !b.found) return;
-      const double d = b.mean - a.mean;
-      pool.drift_mean += d * d - (a.variance_mean - b.variance_mean);
-      pool.drift_tensor += (b.tensor - a.tensor).squaredNorm() - (a.variance_tensor - b.variance_tensor);
-      ++pool.count;
+      const Drift& d = drifts_[node * radii_.size() + k];
+      pool.mean += d.mean, pool.tensor += d.tensor, pool.variance += d.variance, pool.count += d.count;
     });
-    return pool;
+    if (pool.count == 0) return;
+    const double growth = std::pow(std::pow(radii_[k + kApart], order) - std::pow(radii_[k], order), 2);
+    const double noise = pool.variance / pool.count + 1e-300;
+    const double weight = growth / (noise * noise);
+    sum->mean += weight * pool.mean / pool.count;
+    sum->tensor += weight * pool.tensor / pool.count;
+    sum->count += weight * growth;
   }
 
   void choose_block(std::int64_t begin, std::int64_t end) {
-    // Bias grows as r^2 (r^4 for degree 4): from the drift to the bias of the lower rung.
     const double order = options_.degree == 4 ? 4 : 2;
-    const double share = 1 / (std::pow(kStep, kApart * order) - 1);
     for (std::int64_t i = begin; i < end; ++i) {
       Node& node = out_.nodes[static_cast<std::size_t>(i)];
       const Rung* rungs = rungs_.data() + static_cast<std::size_t>(i) * radii_.size();
-      double least = std::numeric_limits<double>::infinity(), mean2 = 0, tensor2 = 0;
+      double least = std::numeric_limits<double>::infinity();
       std::size_t best = radii_.size();
+      Drift sum;
       for (std::size_t k = 0; k < radii_.size(); ++k) {
+        if (k + kApart < radii_.size()) add_drifts(i, k, order, &sum);
         if (!rungs[k].found) continue;
-        if (best == radii_.size()) best = k;  // whatever else is known
-        if (k + kApart >= radii_.size()) break;
-        const Pool pool = drift(i, k);
-        if (pool.count == 0) continue;
-        mean2 = std::max(mean2, share * share * pool.drift_mean / pool.count);
-        tensor2 = std::max(tensor2, share * share * pool.drift_tensor / pool.count);
-        const double error = rungs[k].variance_tensor + tensor2;
-        if (!(error < least)) continue;
+        const double power = std::pow(radii_[k], 2 * order);
+        const double mean2 = sum.count > 0 ? std::max(0.0, sum.mean / sum.count * power) : 0;
+        const double tensor2 = sum.count > 0 ? std::max(0.0, sum.tensor / sum.count * power) : 0;
+        const double error = rungs[k].variance_tensor + kCaution * tensor2;
+        if (best < radii_.size() && !(error < least)) continue;
         least = error;
         best = k;
-        node.bias2_mean = mean2;
-        node.bias2_tensor = tensor2;
+        node.bias2_mean = kCredit * mean2;
+        node.bias2_tensor = kCredit * tensor2;
       }
       if (best == radii_.size()) continue;
       node.found = true;
       node.radius = radii_[best];
+      node.foot = rungs[best].foot;
       node.normal = rungs[best].normal;
       node.tensor = rungs[best].tensor;
     }
@@ -211,23 +238,26 @@ class Chooser {
   }
 
   const Run& run_;
+  const Pyramid& pyramid_;
   const Cells& cells_;
   const CurvatureOptions& options_;
   const Heights& heights_;
   std::vector<double> radii_;
   std::vector<std::int64_t> cell_;
   std::vector<Rung> rungs_;
+  std::vector<Drift> drifts_;
   Scales out_;
 };
 
 }  // namespace
 
-Scales choose_scales(const Run& run, const Cells& cells, double spacing, const CurvatureOptions& options,
+Scales choose_scales(const Run& run, const Pyramid& pyramid, double spacing, const CurvatureOptions& options,
                      const Heights& heights) {
-  return Chooser(run, cells, spacing, options, heights)();
+  return Chooser(run, pyramid, spacing, options, heights)();
 }
 
-double measured_variance(const Run& run, const Cells& cells, double spacing, int degree) {
+double measured_variance(const Run& run, const Pyramid& pyramid, double spacing, int degree) {
+  const Cells& cells = pyramid.levels[0];
   constexpr std::int64_t kSamples = 600;
   const std::int64_t step = std::max<std::int64_t>(1, cells.size_of() / kSamples);
   const std::int64_t n = (cells.size_of() + step - 1) / step;
@@ -235,7 +265,7 @@ double measured_variance(const Run& run, const Cells& cells, double spacing, int
   parallel_for(
       run, n, 32,
       [&](std::int64_t begin, std::int64_t end) {
-        JetFitter fitter(run, cells, degree);
+        JetFitter fitter(run, pyramid, degree);
         for (std::int64_t i = begin; i < end; ++i) {
           const auto at = static_cast<std::size_t>(i * step);
           const Vec3 p(cells.x[at], cells.y[at], cells.z[at]);

@@ -20,7 +20,7 @@ struct Heights {
 // What holds in a cell.
 struct Node {
   bool found = false;
-  Vec3 x, normal;
+  Vec3 x, foot, normal;  // foot: on the fitted surface
   Mat3 tensor;        // 3 x 3, tangential
   double radius = 0;  // mm
   double bias2_mean = 0, bias2_tensor = 0;  // squared bias expected of H and of the tensor (Frobenius), 1/mm2
@@ -31,10 +31,10 @@ struct Scales {
   std::vector<Node> nodes;
 };
 
-Scales choose_scales(const Run& run, const Cells& cells, double spacing, const CurvatureOptions& options,
+Scales choose_scales(const Run& run, const Pyramid& pyramid, double spacing, const CurvatureOptions& options,
                      const Heights& heights);
 
 // Variance of heights as the residuals of small discs show it, mm2. NaN where no disc has points enough.
-double measured_variance(const Run& run, const Cells& cells, double spacing, int degree);
+double measured_variance(const Run& run, const Pyramid& pyramid, double spacing, int degree);
 
 }  // namespace sgrt
