@@ -948,6 +948,115 @@ enum {
 /* Lends an array; it lives as long as the result. SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
 SGRT_API sgrt_status sgrt_curvature_array(const sgrt_curvature *result, int32_t field, sgrt_view *view);
 
+enum { SGRT_CREST_NONE = 0, SGRT_CREST_RIDGE = 1, SGRT_CREST_VALLEY = 2 };
+/* What stands out of the curvature of a surface (docs/theory/landmarks.md eq. 1-3). surface: the one that curvature is of. sigmas:
+ * how many of its own sigma a feature must stand out by, 0 to 100; 2 to 4 let noise make none. crest: u8, N or H x W: SGRT_CREST_...:
+ * points where k1 is greatest (ridge) or k2 least (valley) along its own direction. persistence: f64, like it, 1/mm: at a maximum of H
+ * above 0 how far H falls before a higher one is reached, at a minimum below 0 minus that, elsewhere NaN. Either may be NULL.
+ * SGRT_E_INVALID_ARGUMENT  another surface's size, an output of another shape. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_features(sgrt_context *context, const sgrt_surface *surface,
+                                             const sgrt_curvature *curvature, double sigmas, const sgrt_mut_view *crest,
+                                             const sgrt_mut_view *persistence);
+
+/* ------------------------------------------------------------------------------------------------ landmark_model */
+
+/* Named points of a body with their curvature and their places among each other, and how far both may differ: of any head, or of
+ * one patient's own reference, with the skin about each point (docs/theory/landmarks.md). Immutable. */
+typedef struct sgrt_landmark_model sgrt_landmark_model;
+
+/* Any adult head: nose_apex, ala_left, ala_right, nasion, nasolabial_left, nasolabial_right, nasofacial_left, nasofacial_right, chin,
+ * eye_inner_left, eye_inner_right (left and right are the patient's own). since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_head(sgrt_landmark_model **model);
+/* text: UTF-8 JSON of `size` bytes, schema "sgrt-landmark-model/1" (docs/formats.md).
+ * SGRT_E_FORMAT, SGRT_E_LIMIT  as sgrt_rig_from_json; fewer than 4 or more than 64 points. since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_from_json(const char *text, size_t size, sgrt_landmark_model **model);
+
+typedef struct sgrt_landmark_learn_options {
+  uint32_t struct_size;
+  int32_t count;   /* most points that are taken, where none are named; 4 to 64, default 12 */
+  double scale_mm; /* radius at which curvature is taken; 0, the default: from the surface's noise, at least 6 */
+  double patch_mm; /* radius of the skin that is kept about each point, 5 to 50; default 14 */
+} sgrt_landmark_learn_options;
+SGRT_API sgrt_status sgrt_landmark_learn_options_init(sgrt_landmark_learn_options *options, size_t size);
+/* A patient's own model from a reference surface with normals: the points of `named` that are found on it, under their names; or, where
+ * named is NULL, its most distinctive points (p01, p02 ...) of any region. Located again, such points are as sure as the skin about
+ * them. options may be NULL.
+ * SGRT_E_INVALID_ARGUMENT   no normals; an option out of range
+ * SGRT_E_NOT_FOUND          `named` is not on the surface, or fewer than 4 places stand out
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_learn(sgrt_context *context, const sgrt_surface *reference,
+                                               const sgrt_landmark_model *named,
+                                               const sgrt_landmark_learn_options *options, sgrt_landmark_model **model);
+SGRT_API void sgrt_landmark_model_free(sgrt_landmark_model *model);
+
+enum {
+  SGRT_LANDMARK_MODEL_JSON = 1, /* all numbers to the last bit */
+  SGRT_LANDMARK_MODEL_ID = 2,
+  SGRT_LANDMARK_MODEL_NAME = 3  /* of point `index` */
+};
+/* Lends a text; NULL where model is NULL, the field unknown or index out of range. since 0.1 */
+SGRT_API const char *sgrt_landmark_model_text(const sgrt_landmark_model *model, int32_t field, int32_t index);
+enum {
+  SGRT_LANDMARK_MODEL_POSITIONS = 1, /* f64, N x 3, mm, model frame (that of the reference) */
+  SGRT_LANDMARK_MODEL_NORMALS = 2,   /* f64, N x 3 */
+  SGRT_LANDMARK_MODEL_CURVATURE = 3, /* f64, N x 2: k1, k2, 1/mm */
+  SGRT_LANDMARK_MODEL_SIGMA = 4      /* f64, N, mm */
+};
+/* Lends an array; it lives as long as the model. since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_array(const sgrt_landmark_model *model, int32_t field, sgrt_view *view);
+
+/* ----------------------------------------------------------------------------------------------------- landmarks */
+
+/* Landmarks located on a surface. Immutable. */
+typedef struct sgrt_landmarks sgrt_landmarks;
+
+typedef struct sgrt_landmarks_options {
+  uint32_t struct_size;
+  int32_t min_points; /* landmarks that must match a place that stands out; 3 to 64, default 4 */
+  double min_score;   /* 0 to 1, of the whole match; default 0.5 */
+  double noise_mm;    /* one sigma along the normal; 0, the default: the surface's own, or measured */
+} sgrt_landmarks_options;
+SGRT_API sgrt_status sgrt_landmarks_options_init(sgrt_landmarks_options *options, size_t size);
+
+/* Finds a model's landmarks on a live surface with normals: any pose, part of the body, no first guess
+ * (docs/theory/landmarks.md eq. 4-11). options may be NULL. *result is written for SGRT_OK and for statuses 10-19; free with
+ * sgrt_landmarks_free. Uses the context's threads; the result does not depend on their number.
+ * SGRT_E_INVALID_ARGUMENT   no normals; an option out of range
+ * SGRT_E_INSUFFICIENT_DATA  too few points for curvature
+ * SGRT_E_NOT_FOUND          nothing on the surface is like the model, or it fits in two ways; positions are NaN
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_landmarks_find(sgrt_context *context, const sgrt_surface *surface,
+                                         const sgrt_landmark_model *model, const sgrt_landmarks_options *options,
+                                         sgrt_landmarks **result);
+SGRT_API void sgrt_landmarks_free(sgrt_landmarks *result);
+
+typedef struct sgrt_landmarks_info {
+  uint32_t struct_size;
+  sgrt_status status;
+  int32_t point_count;      /* of the model */
+  int32_t found_count;      /* with a position; the others' place is not in view */
+  int32_t matched_count;    /* of those in view, that match a place that stands out */
+  int32_t seen_count;       /* places in view */
+  int32_t candidate_count;  /* places of the surface that stand out */
+  int32_t reserved;
+  double score;             /* 0 to 1, of the whole match */
+  double runner_up_score;   /* of the best match at another pose */
+  double live_from_model[16]; /* 4 x 4, of the model first scaled by size; NaN where not found */
+  double size;              /* of the body over the model's */
+  double scale_mm;          /* radius at which curvature was taken */
+  double noise_mm;
+} sgrt_landmarks_info;
+SGRT_API sgrt_status sgrt_landmarks_summary(const sgrt_landmarks *result, sgrt_landmarks_info *info);
+
+enum {
+  SGRT_LANDMARKS_POSITIONS = 1,  /* f64, N x 3, mm; NaN where not in view */
+  SGRT_LANDMARKS_COVARIANCE = 2, /* f64, N x 3 x 3, mm2 */
+  SGRT_LANDMARKS_SCORES = 3      /* f64, N, 0 to 1: how well what is there fits the model; near 0 it lies where the others let expect it */
+};
+SGRT_API sgrt_status sgrt_landmarks_array(const sgrt_landmarks *result, int32_t field, sgrt_view *view);
+enum { SGRT_LANDMARKS_NAME = 1, /* of point `index` */ SGRT_LANDMARKS_MESSAGE = 2 /* why not found; "" where it is */ };
+SGRT_API const char *sgrt_landmarks_text(const sgrt_landmarks *result, int32_t field, int32_t index);
+
 /* -------------------------------------------------------------------------------------------------------- volume */
 
 /* A closed body with the skin round it: what a planning CT or a structure set says of the patient. Immutable. */

@@ -27,6 +27,7 @@
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "shape/curvature.hpp"
+#include "shape/locate.hpp"
 #include "stereo/stereo.hpp"
 #include "tracking/tracker.hpp"
 #include "volume/contours.hpp"
@@ -85,6 +86,20 @@ struct sgrt_nurbs_fit {
 
 struct sgrt_curvature {
   sgrt::CurvatureField field;
+};
+
+// The arrays that a model and a result lend, packed.
+struct sgrt_landmark_model {
+  sgrt::LandmarkModel model;
+  sgrt::Points positions, normals;
+  std::vector<double> curvature, sigma;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_landmarks {
+  sgrt::Landmarks landmarks;
+  std::vector<double> positions, covariance, scores;
 };
 
 struct sgrt_volume {

@@ -1,11 +1,13 @@
 // Curvature of curves and surfaces.
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "capi/nurbs.hpp"
 #include "shape/curvature.hpp"
 #include "shape/curve.hpp"
+#include "shape/extrema.hpp"
 #include "shape/nurbs_curvature.hpp"
 
 namespace sgrt {
@@ -285,5 +287,31 @@ sgrt_status sgrt_curvature_array(const sgrt_curvature* result, int32_t field, sg
     need(result, "result");
     need(view, "view");
     *view = array_of(result->field, field);
+  });
+}
+
+sgrt_status sgrt_curvature_features(sgrt_context* context, const sgrt_surface* surface, const sgrt_curvature* curvature,
+                                    double sigmas, const sgrt_mut_view* crest, const sgrt_mut_view* persistence) {
+  return guard([&] {
+    need(surface, "surface");
+    need(curvature, "curvature");
+    check_range(sigmas, 0, 100, "sigmas");
+    const Surface& s = *surface->surface;
+    const CurvatureField& f = curvature->field;
+    if (static_cast<std::int64_t>(f.reason.size()) != s.size() || f.height != s.height)
+      refuse("curvature", std::to_string(f.reason.size()) + " points",
+             "that of the surface, which has " + std::to_string(s.size()));
+    if (!absent(crest)) check_output_beside(crest, "crest", SGRT_U8, s.size(), s.height);
+    if (!absent(persistence)) check_output_beside(persistence, "persistence", SGRT_F64, s.size(), s.height);
+    if (!absent(crest) && !absent(persistence)) check_apart(crest, "crest", persistence, "persistence");
+    const Run run = run_of(context);
+    std::vector<std::uint8_t> lines;
+    if (!absent(crest)) lines = crests(run, s, f, sigmas);
+    if (!absent(persistence)) {
+      std::vector<double> values(f.reason.size(), std::numeric_limits<double>::quiet_NaN());
+      for (const Extremum& e : extrema(run, s, f, sigmas)) values[static_cast<std::size_t>(e.row)] = e.sign * e.persistence;
+      write_view(*persistence, values.data());
+    }
+    if (!absent(crest)) write_view(*crest, lines.data());
   });
 }

@@ -237,6 +237,14 @@ class Field {
 
 }  // namespace
 
+Grain grain_of(const Run& run, const Surface& surface) {
+  Grain grain{spacing_of(surface), kNan};
+  if (!(grain.spacing > 0)) return grain;
+  const Pyramid pyramid = make_pyramid(surface, grain.spacing);
+  heights_of(run, surface, pyramid, grain.spacing, CurvatureOptions{}, &grain.noise);
+  return grain;
+}
+
 CurvatureField surface_curvature(const Run& run, const Surface& surface, const CurvatureOptions& options) {
   check(surface, options);
   CurvatureField out;

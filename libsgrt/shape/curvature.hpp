@@ -49,4 +49,11 @@ struct CurvatureField {
 // The surface needs normals (kInvalidArgument otherwise).
 CurvatureField surface_curvature(const Run& run, const Surface& surface, const CurvatureOptions& options);
 
+// What a surface's points are like: the length of which each stands for the square, and one sigma along the normal, mm
+// (its own, or measured); NaN where it cannot be told.
+struct Grain {
+  double spacing, noise;
+};
+Grain grain_of(const Run& run, const Surface& surface);
+
 }  // namespace sgrt

@@ -179,6 +179,18 @@ Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
   return jet;
 }
 
+JetFitter::Skin JetFitter::skin(const Vec3& p, const Vec3& normal, double radius) {
+  const Jet jet = fit(p, normal, radius);
+  Skin s;
+  s.found = jet.fault == JetFault::kNone;
+  if (!s.found) return s;
+  s.foot = jet.foot;
+  s.normal = jet.normal;
+  s.variance = jet.foot_variance;
+  s.count = jet.count;
+  return s;
+}
+
 void JetFitter::look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const {
   const Cells& cells = pyramid_.levels[0];
   *all = *against = 0;

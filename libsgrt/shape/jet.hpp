@@ -30,6 +30,14 @@ class JetFitter {
   JetFitter(const Run& run, const Pyramid& pyramid, int degree);
   // At place p with about this normal (outward).
   Jet fit(const Vec3& p, const Vec3& normal, double radius);
+  // Only where the skin is, along the normal.
+  struct Skin {
+    bool found = false;
+    Vec3 foot, normal;
+    double variance;  // of the foot along the normal, for unit variance of the points
+    int count;
+  };
+  Skin skin(const Vec3& p, const Vec3& normal, double radius);
   // Points in the ball, of any normal: their number, and how many look the other way.
   void look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const;
 

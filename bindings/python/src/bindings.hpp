@@ -234,6 +234,7 @@ void register_stereo(py::module_& m);
 void register_nurbs(py::module_& m);
 void register_nurbs_fit(py::module_& m);
 void register_curvature(py::module_& m);
+void register_landmarks(py::module_& m);
 void register_volume(py::module_& m);
 void register_icp(py::module_& m);
 void register_calibration(py::module_& m);

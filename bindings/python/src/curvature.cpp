@@ -37,6 +37,20 @@ Curvature compute(const Surface& surface, int32_t degree, double radius_mm, doub
   return result;
 }
 
+py::dict features(const Surface& surface, const Curvature& curvature, double sigmas, Context* context) {
+  py::array crest = out_array(std::nullopt, SGRT_U8, point_shape(surface.handle.get()));
+  py::array persistence = out_array(std::nullopt, SGRT_F64, point_shape(surface.handle.get()));
+  const sgrt_mut_view lines = out_view(crest, "crest", SGRT_U8);
+  const sgrt_mut_view peaks = out_view(persistence, "persistence", SGRT_F64);
+  run(context, [&](sgrt_context* c) {
+    return sgrt_curvature_features(c, surface.handle.get(), curvature.handle.get(), sigmas, &lines, &peaks);
+  });
+  py::dict result;
+  result["crest"] = crest;
+  result["persistence"] = persistence;
+  return result;
+}
+
 struct Plane {
   std::optional<Vec3> normal;
   explicit Plane(const MaybeArray& given) {
@@ -183,6 +197,15 @@ C: sgrt_curvature_summary, sgrt_curvature_array)");
         py::arg("radius_mm") = o.radius_mm, py::arg("max_radius_mm") = o.max_radius_mm,
         py::arg("noise_mm") = o.noise_mm, py::arg("max_sigma_per_mm") = o.max_sigma_per_mm, py::arg("context") = none,
         kComputeDoc);
+  m.def("curvature_features", &features, py::arg("surface"), py::arg("curvature"), py::kw_only(),
+        py::arg("sigmas") = 3.0, py::arg("context") = none,
+        R"(What stands out of the curvature of a surface: a dict of crest and persistence, N or H x W.
+
+crest: uint8, 1 on a ridge, 2 in a valley. persistence: 1/mm, at maxima of H above 0 how far H falls before a higher one is reached, at
+minima below 0 minus that, NaN elsewhere. sigmas: by how many of its own sigma a feature must stand out.
+
+Raises InvalidArgument: curvature of another surface.
+C: sgrt_curvature_features)");
   m.def("nurbs_curvature", &of_nurbs, py::arg("surface"), py::arg("uv"), py::kw_only(), py::arg("clamp") = false,
         py::arg("context") = none,
         R"(Exact curvature of a NurbsSurface at N x 2 parameters: a dict of k1, k2, mean, gauss, shape_index, curvedness (N), normals, d1,

@@ -14,6 +14,7 @@ PYBIND11_MODULE(_core, m) {
   register_nurbs(m);
   register_nurbs_fit(m);
   register_curvature(m);
+  register_landmarks(m);
   register_volume(m);
   register_icp(m);
   register_deform(m);
