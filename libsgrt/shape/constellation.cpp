@@ -14,7 +14,11 @@ constexpr std::size_t kAnchors = 8;      // points of the model that triples are
 constexpr double kLeastSide = 10;        // mm, of a triple
 constexpr double kNormalArm = 12;        // mm: how much a normal weighs against a place
 constexpr double kLikeness = 0.7;        // sigma of the logarithm of a curvedness
+constexpr double kShape = 0.4;           // sigma of a shape index
+constexpr double kFacing = 0.4;          // cosine with the mean normal, from which a place should be in view
+constexpr double kMissing = 0.6;         // weight of a place that should be in view and is not
 constexpr double kPlaceSlack = 1.5;      // of the tolerated distance over sigma, while the body is still a rigid copy
+constexpr double kPeakSlack = 0.45;      // of the scale: how far noise may move an extremum
 constexpr std::size_t kKeep = 24;        // hypotheses that are refined
 constexpr double kDifferent = 15;        // mm rms between two different answers
 constexpr double kLeastCosine = 0.4;
@@ -24,6 +28,10 @@ int sign_of(const LandmarkPoint& p) {
 }
 double curvedness(double k1, double k2) {
   return std::sqrt(0.5 * (k1 * k1 + k2 * k2));
+}
+
+double shape_of(double k1, double k2) {
+  return 0.63661977236758134 * std::atan2(k1 + k2, k1 - k2);
 }
 
 struct Pair {
@@ -57,8 +65,18 @@ class Search {
     for (const LandmarkPoint& p : model.points) {
       sign_.push_back(sign_of(p));
       curved_.push_back(curvedness(p.k1, p.k2));
+      shape_.push_back(shape_of(p.k1, p.k2));
     }
-    for (const Candidate& c : scene.candidates) candidate_curved_.push_back(curvedness(c.k1, c.k2));
+    for (const Candidate& c : scene.candidates) {
+      candidate_curved_.push_back(curvedness(c.k1, c.k2));
+      candidate_shape_.push_back(shape_of(c.k1, c.k2));
+    }
+    facing_ = Vec3::Zero();
+    for (std::int64_t i = 0; i < scene.surface->size(); ++i) {
+      if (scene.surface->present(i) && scene.surface->normals(i, 0) == scene.surface->normals(i, 0))
+        facing_ += scene.surface->normal(i);
+    }
+    facing_ /= std::max(1.0, static_cast<double>(scene.nearest.size()));
   }
 
   std::vector<std::array<std::size_t, 3>> triples() const {
@@ -136,13 +154,16 @@ class Search {
         const double d2 = (k.x - x).squaredNorm();
         if (k.sign != sign_[i] || d2 > 9 * s2 || k.n.dot(normal) < kLeastCosine) continue;
         const double like = std::log(candidate_curved_[c] / curved_[i]) / kLikeness;
-        const double value = std::exp(-0.5 * d2 / s2 - 0.25 * like * like);
+        const double shape = (candidate_shape_[c] - shape_[i]) / kShape;
+        const double value = std::exp(-0.5 * d2 / s2 - 0.25 * like * like - 0.25 * shape * shape);
         if (value > m.value[i]) m.value[i] = value, m.candidate[i] = static_cast<int>(c);
       }
       if (seen) {
         const auto hit = scene_.nearest.nearest(x, std::max(6.0, 2 * tolerance(i)));
         if (hit.index < 0 || scene_.field.reason[static_cast<std::size_t>(hit.index)] != 0) {
           m.value[i] = 0, m.candidate[i] = -1;
+          // Skin that should face the sensor and is not there speaks against the match.
+          if (hit.index < 0 && normal.dot(facing_) > kFacing) all += kMissing * std::min(1.0, curved_[i] / 0.06);
           continue;
         }
       }
@@ -168,7 +189,7 @@ class Search {
     return (model_.points[i].position - model_.points[j].position).norm();
   }
   double tolerance(std::size_t i) const {
-    return std::hypot(kPlaceSlack * model_.points[i].sigma, 0.25 * scene_.scale);
+    return std::hypot(kPlaceSlack * model_.points[i].sigma, kPeakSlack * scene_.scale);
   }
   bool alike(std::size_t i, std::size_t c) const {
     return scene_.candidates[c].sign == sign_[i] &&
@@ -189,12 +210,13 @@ class Search {
   const Scene& scene_;
   const LandmarkModel& model_;
   std::vector<int> sign_;
-  std::vector<double> curved_, candidate_curved_;
+  std::vector<double> curved_, candidate_curved_, shape_, candidate_shape_;
+  Vec3 facing_;  // mean normal: towards the sensor; short on a closed body
 };
 
 }  // namespace
 
-Match best_match(const Run& run, const Scene& scene, const LandmarkModel& model, double* runner_up) {
+std::vector<Match> best_matches(const Run& run, const Scene& scene, const LandmarkModel& model) {
   const Search search(scene, model);
   const auto triples = search.triples();
   std::vector<std::vector<Match>> found(triples.size());
@@ -220,14 +242,12 @@ Match best_match(const Run& run, const Scene& scene, const LandmarkModel& model,
   }
   for (Match& m : kept) search.refine(m);
   std::stable_sort(kept.begin(), kept.end(), [](const Match& a, const Match& b) { return a.score > b.score; });
-  *runner_up = 0;
-  if (kept.empty()) return {};
-  for (const Match& m : kept) {
-    if (search.apart(m, kept[0]) < kDifferent) continue;
-    *runner_up = m.score;
-    break;
+  std::vector<Match> out;
+  for (Match& m : kept) {
+    if (std::none_of(out.begin(), out.end(), [&](const Match& k) { return search.apart(k, m) < kDifferent; }))
+      out.push_back(std::move(m));
   }
-  return kept[0];
+  return out;
 }
 
 }  // namespace sgrt

@@ -23,7 +23,7 @@ struct Match {
 
 constexpr double kMatched = 0.25;  // value of a point that counts as matched
 
-// The best match, and in *runner_up the best score at a different pose.
-Match best_match(const Run& run, const Scene& scene, const LandmarkModel& model, double* runner_up);
+// The best matches at different poses, best first.
+std::vector<Match> best_matches(const Run& run, const Scene& scene, const LandmarkModel& model);
 
 }  // namespace sgrt

@@ -15,7 +15,7 @@ constexpr double kScale = 6;          // mm, least of a model's own
 constexpr double kApart = 12;         // mm between two points
 constexpr double kLeastCurved = 0.02; // 1/mm: flatter places are none
 constexpr double kPatchSpacing = 2;   // mm
-constexpr double kOwnSigma = 0.05;    // mm: how well a place of the reference is known to itself
+constexpr double kOwnSigma = 0.02;    // mm: how well a place of the reference is known to itself
 constexpr int kLeastPoints = 4;
 
 // Smoothed points of the skin about x, about kPatchSpacing apart.

@@ -1,6 +1,7 @@
 // Scene, match, refinement, verdict. docs/theory/landmarks.md.
 #include "shape/locate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -14,6 +15,10 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAmbiguous = 0.9;     // a runner-up so near the best
 constexpr double kScaleBias = 0.08;    // of the scale: an extremum of smoothed curvature is not that of the skin's own
+constexpr std::size_t kTried = 12;    // matches that are held against the reference's skin
+constexpr std::size_t kSparse = 5;    // first by every fifth of its points
+constexpr double kSkinFits = 0.5;     // share of the skin about the landmarks that must fit
+constexpr double kSame = 6;           // mm
 constexpr double kUsed = 0.1;          // value from which an extremum moves its landmark
 constexpr double kOffExtremum = 2.5;   // sigmas of its place: further away an extremum is another one
 
@@ -27,6 +32,13 @@ void not_found(Landmarks& out, const std::string& why) {
   out.live_from_model = {Mat3::Constant(kNan), Vec3::Constant(kNan)};
   out.size = kNan;
   for (Landmark& l : out.points) l = {false, Vec3::Constant(kNan), Mat3::Constant(kNan), 0};
+}
+
+// Two poses that lay the model on one place.
+bool alike(const LandmarkModel& model, const Pose& a, const Pose& b) {
+  double worst = 0;
+  for (const LandmarkPoint& p : model.points) worst = std::max(worst, (a * p.position - b * p.position).norm());
+  return worst < kSame;
 }
 
 // The place of a landmark of all patients: where the others let expect it, moved to the extremum of its kind, each by
@@ -79,6 +91,70 @@ Landmark place_of(const Run& run, const Scene& scene, const LandmarkModel& model
   return out;
 }
 
+void note(const std::vector<Match>& matches, std::size_t i, Landmarks& out) {
+  out.score = matches[i].score;
+  out.seen = matches[i].seen;
+  out.matched = matches[i].matched;
+  out.size = matches[i].size;
+  out.live_from_model = matches[i].pose;
+}
+
+void by_constellation(const Run& run, const Scene& scene, const LandmarkModel& model, const std::vector<Match>& matches,
+                      const LocateOptions& options, Landmarks& out) {
+  if (!matches.empty()) note(matches, 0, out);
+  if (matches.empty() || out.score < options.min_score || out.matched < options.min_points) {
+    not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
+                       " places stand out, of " + std::to_string(out.seen) + " landmarks in view " +
+                       std::to_string(out.matched) + " match (score " + rounded(out.score) + ", at least " +
+                       rounded(options.min_score) + " and " + std::to_string(options.min_points) +
+                       " matches are needed)");
+    return;
+  }
+  out.runner_up_score = matches.size() > 1 ? matches[1].score : 0;
+  if (out.runner_up_score > kAmbiguous * out.score) {
+    not_found(out, "the landmarks fit in two ways (scores " + rounded(out.score) + " and " +
+                       rounded(out.runner_up_score) + ")");
+    return;
+  }
+  for (std::size_t i = 0; i < model.points.size(); ++i)
+    out.points[i] = place_of(run, scene, model, matches[0], i);
+}
+
+// A patient's own skin tells the right match: where the patches lie on it.
+void by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const std::vector<Match>& matches,
+                Landmarks& out) {
+  double best = 0, second = 0;
+  std::size_t chosen = 0;
+  Pose pose;
+  for (std::size_t i = 0; i < std::min(matches.size(), kTried); ++i) {
+    const PatchFit fit = fit_patches(run, scene, model, matches[i].pose, kSparse);
+    if (fit.share > best) {
+      // A match that slid onto the same pose is no rival.
+      if (!alike(model, fit.live_from_model, pose)) second = best;
+      best = fit.share, pose = fit.live_from_model, chosen = i;
+    } else if (fit.share > second && !alike(model, fit.live_from_model, pose)) {
+      second = fit.share;
+    }
+  }
+  if (!matches.empty()) note(matches, chosen, out);
+  out.score = best, out.runner_up_score = second;
+  if (best < kSkinFits) {
+    not_found(out, "the reference's skin is not on the surface: " + std::to_string(out.candidates) +
+                       " places stand out, at best " + rounded(best) + " of the skin about the landmarks fits (at least " +
+                       rounded(kSkinFits) + " is needed)");
+    return;
+  }
+  if (second > kAmbiguous * best) {
+    not_found(out, "the skin about the landmarks fits in two ways (scores " + rounded(best) + " and " + rounded(second) + ")");
+    return;
+  }
+  const PatchFit fit = fit_patches(run, scene, model, pose, 1);
+  out.live_from_model = fit.live_from_model;
+  out.size = 1;
+  if (fit.share < kSkinFits || place_by_patches(run, scene, model, fit.live_from_model, out.points) < 3)
+    not_found(out, "the skin about the landmarks is not the reference's");
+}
+
 }  // namespace
 
 Landmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options) {
@@ -90,30 +166,11 @@ Landmarks locate(const Run& run, const Surface& live, const LandmarkModel& model
   out.scale = scene.scale;
   out.noise = scene.noise;
   out.candidates = static_cast<int>(scene.candidates.size());
-  const Match match = best_match(run, scene, model, &out.runner_up_score);
-  out.score = match.score;
-  out.seen = match.seen;
-  out.matched = match.matched;
-  if (match.candidate.empty() || match.score < options.min_score || match.matched < options.min_points) {
-    not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
-                       " places stand out, of " + std::to_string(match.seen) + " landmarks in view " +
-                       std::to_string(match.matched) + " match (score " + rounded(match.score) + ", at least " +
-                       rounded(options.min_score) + " and " + std::to_string(options.min_points) +
-                       " matches are needed)");
-    return out;
-  }
-  if (out.runner_up_score > kAmbiguous * match.score) {
-    not_found(out, "the landmarks fit in two ways (scores " + rounded(match.score) + " and " +
-                       rounded(out.runner_up_score) + ")");
-    return out;
-  }
-  out.live_from_model = match.pose;
-  out.size = match.size;
+  const std::vector<Match> matches = best_matches(run, scene, model);
   if (model.patch_spacing > 0) {
-    if (refine_by_patches(run, scene, model, out.live_from_model, out.points) < 3)
-      not_found(out, "the skin about the landmarks is not the reference's");
+    by_patches(run, scene, model, matches, out);
   } else {
-    for (std::size_t i = 0; i < model.points.size(); ++i) out.points[i] = place_of(run, scene, model, match, i);
+    by_constellation(run, scene, model, matches, options, out);
   }
   for (Landmark& l : out.points) {
     if (!l.found) l = {false, Vec3::Constant(kNan), Mat3::Constant(kNan), 0};

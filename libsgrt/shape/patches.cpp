@@ -12,14 +12,17 @@ namespace {
 constexpr int kRounds = 12;
 constexpr double kFarthest = 8;     // mm of a patch point from the skin
 constexpr double kTukey = 4;        // sigmas
-constexpr double kMovesApart = 0.25; // mm, sigma of a landmark's own motion against the others
+constexpr double kMovesApart = 0.05; // mm, sigma of a landmark's own motion against the others
+constexpr double kFits = 0.3;       // mm that shape may have changed
+constexpr double kLeastMet = 0.25;  // of the patch points that must lie on skin
 constexpr double kLeastShare = 0.4; // of a patch that must meet the skin
 
 struct Contact {
   bool met = false;
   Vec3 x, n;        // the patch point in the live frame, the skin's normal
   double r = 0;     // mm, skin above the point
-  double variance;  // mm2
+  double variance;  // mm2, as the sum over all contacts wants it
+  double scatter;   // mm2, of this contact alone
 };
 
 struct Sample {
@@ -47,7 +50,9 @@ std::vector<Contact> contacts(const Run& run, const Scene& scene, const Landmark
           c.met = true;
           c.n = skin.normal;
           c.r = skin.normal.dot(skin.foot - c.x);
-          c.variance = own * std::max(share, skin.variance) + model.patch_sigma * model.patch_sigma + 1e-6;
+          const double reference = model.patch_sigma * model.patch_sigma + 1e-6;
+          c.variance = own * std::max(share, skin.variance) + reference;
+          c.scatter = own * skin.variance + reference;
         }
       },
       "landmarks: patches");
@@ -69,45 +74,79 @@ double tukey(double u) {
   return std::abs(u) < kTukey ? std::pow(1 - u * u / (kTukey * kTukey), 2) : 0;
 }
 
-}  // namespace
-
-int refine_by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, Pose& live_from_model,
-                      std::vector<Landmark>& points) {
+std::vector<Sample> samples_of(const LandmarkModel& model, std::size_t stride) {
   std::vector<Sample> samples;
   for (std::size_t i = 0; i < model.points.size(); ++i) {
     const LandmarkPoint& p = model.points[i];
-    for (Eigen::Index k = 0; k < p.patch.rows(); ++k) samples.push_back({i, p.patch.row(k).transpose(), p.normal});
+    for (Eigen::Index k = 0; k < p.patch.rows(); k += static_cast<Eigen::Index>(stride))
+      samples.push_back({i, p.patch.row(k).transpose(), p.normal});
   }
-  if (samples.size() < 20) return 0;
-  Pose pose = live_from_model;
-  std::vector<Contact> met;
+  return samples;
+}
+
+// The normal equations of a small motion about the pivot: rotation, then translation.
+struct System {
   Mat6 information = Mat6::Zero();
-  Vec3 pivot = Vec3::Zero();
-  double scale = 1;
-  for (int round = 0; round < kRounds; ++round) {
-    met = contacts(run, scene, model, samples, pose);
-    scale = scale_of(met);
-    pivot = pose * model.points[0].position;
-    information.setZero();
-    Vec6 g = Vec6::Zero();
-    for (const Contact& c : met) {
-      if (!c.met) continue;
-      Vec6 j;
-      j << (c.x - pivot).cross(c.n), c.n;
-      const double w = tukey(c.r / (scale * std::sqrt(c.variance))) / (scale * scale * c.variance);
-      information.noalias() += w * j * j.transpose();
-      g += w * c.r * j;
-    }
-    const Eigen::LDLT<Mat6> ldlt(information);
-    if (!(ldlt.vectorD().minCoeff() > 0)) return 0;
-    Vec6 step = ldlt.solve(g);
+  Vec6 gradient = Vec6::Zero();
+  double scale = 1;  // of the residuals over their own sigma
+};
+
+double weight_of(const Contact& c, double scale) {
+  return c.met ? tukey(c.r / (scale * std::sqrt(c.variance))) : 0;
+}
+
+System system_of(const std::vector<Contact>& contacts, const Vec3& pivot) {
+  System s;
+  s.scale = scale_of(contacts);
+  for (const Contact& c : contacts) {
+    if (!c.met) continue;
+    Vec6 j;
+    j << (c.x - pivot).cross(c.n), c.n;
+    const double w = weight_of(c, s.scale) / (s.scale * s.scale * c.variance);
+    s.information.noalias() += w * j * j.transpose();
+    s.gradient += w * c.r * j;
+  }
+  return s;
+}
+
+}  // namespace
+
+PatchFit fit_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
+                     std::size_t stride) {
+  PatchFit out{live_from_model, 0};
+  const std::vector<Sample> samples = samples_of(model, stride);
+  std::vector<Contact> met;
+  for (int round = 0; round <= kRounds; ++round) {
+    met = contacts(run, scene, model, samples, out.live_from_model);
+    if (round == kRounds) break;
+    const Vec3 pivot = out.live_from_model * model.points[0].position;
+    const System s = system_of(met, pivot);
+    const Eigen::LDLT<Mat6> ldlt(s.information);
+    if (!(ldlt.vectorD().minCoeff() > 0)) return out;
+    Vec6 step = ldlt.solve(s.gradient);
     if (step.tail<3>().norm() > 5) step *= 5 / step.tail<3>().norm();
     const Mat3 R = so3_exp(step.head<3>());
-    pose = Pose{R, pivot - R * pivot + step.tail<3>()} * pose;
+    out.live_from_model = Pose{R, pivot - R * pivot + step.tail<3>()} * out.live_from_model;
     if (step.head<3>().norm() < 1e-6 && step.tail<3>().norm() < 1e-4) break;
   }
-  live_from_model = pose;
-  const Mat6 covariance = information.inverse();
+  double all = 0, good = 0;
+  for (const Contact& c : met) {
+    if (!c.met) continue;
+    ++all;
+    const double u = c.r / (3 * std::sqrt(c.scatter) + kFits);
+    good += std::max(0.0, 1 - u * u);
+  }
+  out.share = good / std::max(all, kLeastMet * static_cast<double>(samples.size()));
+  return out;
+}
+
+int place_by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& pose,
+                     std::vector<Landmark>& points) {
+  const std::vector<Sample> samples = samples_of(model, 1);
+  const std::vector<Contact> met = contacts(run, scene, model, samples, pose);
+  const Vec3 pivot = pose * model.points[0].position;
+  const System system = system_of(met, pivot);
+  const Mat6 covariance = system.information.inverse();
   int found = 0;
   for (std::size_t i = 0; i < model.points.size(); ++i) {
     // Its own motion: what its patch says, held to the pose of all.
@@ -117,10 +156,10 @@ int refine_by_patches(const Run& run, const Scene& scene, const LandmarkModel& m
     for (std::size_t k = 0; k < samples.size(); ++k) {
       if (samples[k].landmark != i) continue;
       ++all;
-      if (!met[k].met) continue;
-      const double weight = tukey(met[k].r / (scale * std::sqrt(met[k].variance)));
+      const double weight = weight_of(met[k], system.scale);
+      if (!(weight > 0)) continue;
       good += weight;
-      const double w = weight / (scale * scale * met[k].variance);
+      const double w = weight / (system.scale * system.scale * met[k].variance);
       A.noalias() += w * met[k].n * met[k].n.transpose();
       b += w * met[k].r * met[k].n;
     }

@@ -9,12 +9,12 @@
 namespace sgrt {
 namespace {
 
-constexpr double kWanted = 0.02;          // 1/mm, sigma of H
+constexpr double kWanted = 0.012;         // 1/mm, sigma of H
 constexpr double kWidest = 12;            // mm
-constexpr double kStandsOut = 2;          // sigmas of persistence
+constexpr double kStandsOut = 2.5;        // sigmas of persistence
 constexpr std::size_t kMostCandidates = 40;  // of each sign
 constexpr double kAbout = 0.75;           // of the quadric through the curvature, over the scale
-constexpr double kGradient = 1.9;         // sigma of H's gradient times the scale, over sigma of H (eq. 5)
+constexpr double kGradient = 1.25;        // sigma of H's gradient times the scale, over sigma of H (eq. 5)
 
 }  // namespace
 
