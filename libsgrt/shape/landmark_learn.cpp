@@ -16,6 +16,7 @@ constexpr double kApart = 12;         // mm between two points
 constexpr double kLeastCurved = 0.02; // 1/mm: flatter places are none
 constexpr double kPatchSpacing = 2;   // mm
 constexpr double kOwnSigma = 0.02;    // mm: how well a place of the reference is known to itself
+constexpr double kNear = 6;           // mm: how far the extremum of a finer scale may lie
 constexpr int kLeastPoints = 4;
 
 // Smoothed points of the skin about x, about kPatchSpacing apart.
@@ -37,10 +38,18 @@ Points patch_about(const Run& run, const Scene& scene, const Vec3& x, const Vec3
   return out;
 }
 
-// Moves a named landmark to the extremum at the finest scale that the reference's noise allows.
+// Moves a named landmark to the extremum at the finest scale that the reference's noise allows: the most bent one near it.
 void sharpen(const Run& run, const Scene& fine, Landmark& l, const Vec3& normal, int sign) {
-  const Peak peak = polish(run, fine, l.position, normal, sign);
-  if (peak.found && (peak.x - l.position).norm() < 4) l.position = peak.x;
+  const Candidate* best = nullptr;
+  double most = 0;
+  for (const Candidate& c : fine.candidates) {
+    const double d2 = (c.x - l.position).squaredNorm();
+    if (c.sign != sign || d2 > kNear * kNear || c.n.dot(normal) < 0.3) continue;
+    const double value = std::abs(c.mean) * std::exp(-2 * d2 / (kNear * kNear));
+    if (value > most) most = value, best = &c;
+  }
+  const Peak peak = best ? polish(run, fine, best->x, best->n, sign) : polish(run, fine, l.position, normal, sign);
+  if (peak.found && (peak.x - l.position).norm() < kNear) l.position = peak.x;
 }
 
 void add_point(const Run& run, const Scene& scene, const LearnOptions& o, const std::string& name, const Vec3& x,

@@ -11,8 +11,9 @@ namespace {
 
 constexpr int kRounds = 12;
 constexpr double kFarthest = 8;     // mm of a patch point from the skin
+constexpr double kBeyond = 0.6;     // of a disc's radius
 constexpr double kTukey = 4;        // sigmas
-constexpr double kMovesApart = 0.05; // mm, sigma of a landmark's own motion against the others
+constexpr double kMovesApart = 0.03; // mm, sigma of a landmark's own motion against the others
 constexpr double kFits = 0.3;       // mm that shape may have changed
 constexpr double kLeastMet = 0.25;  // of the patch points that must lie on skin
 constexpr double kLeastShare = 0.4; // of a patch that must meet the skin
@@ -30,13 +31,27 @@ struct Sample {
   Vec3 y, normal;  // model frame
 };
 
+// Radius of the patches, mm.
+double reach_of(const LandmarkModel& model) {
+  double sum = 0;
+  int count = 0;
+  for (const LandmarkPoint& p : model.points) {
+    if (p.patch.rows() == 0) continue;
+    sum += (p.patch.rowwise() - p.position.transpose()).rowwise().norm().maxCoeff();
+    ++count;
+  }
+  return count > 0 ? sum / count : 1;
+}
+
 std::vector<Contact> contacts(const Run& run, const Scene& scene, const LandmarkModel& model,
                               const std::vector<Sample>& samples, const Pose& pose) {
   std::vector<Contact> out(samples.size());
   const double radius = std::max(2.6 * scene.spacing, 3.0);
   // A live point counts once, however many discs it lies in: a sample has the area of its share of the patch.
   const double own = scene.noise > 0 ? scene.noise * scene.noise * scene.surface->correlation_points : 0;
-  const double share = std::pow(scene.spacing / std::max(model.patch_spacing, 1e-3), 2);
+  // The discs reach beyond the patch, so that the points about it have their say too.
+  const double reach = reach_of(model);
+  const double share = std::pow(scene.spacing / std::max(model.patch_spacing, 1e-3) * reach / (reach + kBeyond * radius), 2);
   parallel_for(
       run, static_cast<std::int64_t>(samples.size()), 64,
       [&](std::int64_t begin, std::int64_t end) {
