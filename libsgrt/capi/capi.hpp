@@ -27,6 +27,7 @@
 #include "registration/icp.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
+#include "surface/temporal.hpp"
 #include "tracking/tracker.hpp"
 #include "volume/contours.hpp"
 
@@ -58,6 +59,10 @@ struct sgrt_stereo_session {
   sgrt::StereoMatcher matcher;
   double time_s;  // of the last push
   sgrt_stereo lent;
+};
+
+struct sgrt_filter_session {
+  sgrt::TemporalFilter filter;
 };
 
 struct sgrt_reference {

@@ -55,8 +55,8 @@ Surface moved(Surface surface, const Pose& pose);
 // (docs/theory/surface.md eq. 9).
 void set_variance_along(Surface& s, std::int64_t i, const Vec3& n, double variance);
 
-// The surface without the points whose flag is false: absent in a grid, dropped from a cloud, and with their faces from a
-// mesh. kInsufficientData where none is left.
+// The surface without the points whose flag is false: absent in a grid, dropped from a cloud, and with their faces from
+// a mesh. kInsufficientData where none is left.
 Surface kept(Surface surface, const std::vector<bool>& keep);
 
 // Area-weighted normals of the vertices; NaN for a vertex without a face.

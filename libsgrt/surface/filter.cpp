@@ -1,4 +1,4 @@
-// Agreement with the neighbours, then a weighted quadric in the point's own frame. docs/theory/filters.md eq. 1-6.
+// Agreement with the neighbours, then a weighted quadric in the point's own frame. docs/theory/filters.md eq. 1-7.
 #include "surface/filter.hpp"
 
 #include <algorithm>
@@ -123,8 +123,7 @@ class SpatialFilter {
     const Vec6 a = solver.solve(q.g);
     const Mat6 inverse = solver.solve(Mat6::Identity());
     const double white = inverse.row(0) * q.m2 * inverse.col(0);  // of a, were the noise of all points independent
-    const double variance =
-        white * s_.correlation_points * lack_of_fit(q, a, inverse, s_.correlation_points);  // eq. 5
+    const double variance = white * s_.correlation_points * lack_of_fit(q, a, inverse, s_.correlation_points);  // eq. 5
     if (!(variance < local.variance)) return;
     local.reason = FilterReason::kFiltered;
     local.height = a[0];

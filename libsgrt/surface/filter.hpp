@@ -1,6 +1,6 @@
-// Spatial filter: points that disagree with all around them are taken out, the others are moved along their normals onto
-// a quadric through the neighbours on the same side of every edge. Second order, so that it does not flatten curved
-// skin; nothing is filled. docs/theory/filters.md.
+// Spatial filter: points that disagree with all around them are taken out, the others are moved along their normals
+// onto a quadric through the neighbours on the same side of every edge. Second order, so that it does not flatten
+// curved skin; nothing is filled. docs/theory/filters.md.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 namespace sgrt {
 
 struct FilterOptions {
-  double radius = 0;        // mm; 0: three spacings of the points
-  double max_sigmas = 4;    // two points further apart, along the normals, are not one skin
+  double radius = 0;          // mm; 0: three spacings of the points
+  double max_sigmas = 4;      // two points further apart, along the normals, are not one skin
   double min_support = 0.15;  // share of the neighbours that a point must agree with
 };
 
@@ -25,7 +25,7 @@ struct Filtered {
   Surface surface;
   std::vector<FilterReason> reason;  // one a point of the input
   std::array<std::int64_t, static_cast<std::size_t>(FilterReason::kCount)> count{};
-  double radius = 0;                       // mm, that was used
+  double radius = 0;                         // mm, that was used
   double sigma_before = 0, sigma_after = 0;  // mm, median along the normal over the filtered points; NaN without
 };
 

@@ -72,10 +72,10 @@ void Neighbourhood::of(std::int64_t i, std::vector<std::int64_t>& neighbours) co
     return;
   }
   const double step = grid_step(s_, i);
-  const std::int64_t half = step < std::numeric_limits<double>::infinity()
-                                ? std::clamp(static_cast<std::int64_t>(radius_ / step) + 1, std::int64_t{1},
-                                             std::int64_t{kMaxHalfWindow})
-                                : kMaxHalfWindow;
+  const std::int64_t half =
+      step < std::numeric_limits<double>::infinity()
+          ? std::clamp(static_cast<std::int64_t>(radius_ / step) + 1, std::int64_t{1}, std::int64_t{kMaxHalfWindow})
+          : kMaxHalfWindow;
   const std::int64_t row = i / s_.width, column = i % s_.width;
   for (std::int64_t r = std::max<std::int64_t>(0, row - half); r <= std::min(s_.height - 1, row + half); ++r) {
     for (std::int64_t c = std::max<std::int64_t>(0, column - half); c <= std::min(s_.width - 1, column + half); ++c) {

@@ -1,7 +1,8 @@
-// A scalar Kalman filter a pixel, and a motion test over patches of all sizes. docs/theory/filters.md eq. 8-11.
+// A scalar Kalman filter a pixel, and a motion test over patches of all sizes. docs/theory/filters.md eq. 8-10.
 #include "surface/temporal.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -14,7 +15,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t kLeastHalf = 1, kMostHalf = 31;  // of the patches' sides: 3, 7 ... 63 pixels
 constexpr std::int64_t kBlock = 4096;
-constexpr double kMinShare = 0.5;       // of a patch that must be seen
+constexpr double kMinShare = 0.5;  // of a patch that must be seen
 
 void expect(bool ok, const char* name, double value, const char* expected) {
   if (!ok) fail(Status::kInvalidArgument, std::string(name) + " is " + text_of(value) + ", expected " + expected);
@@ -34,7 +35,9 @@ void TemporalFilter::check(const Surface& frame, double time) const {
   require(frame.has_normals(), "frame: it has no normals; estimate them first");
   require(frame.sigma.size() > 0 || frame.covariance.rows() > 0, "frame: it carries neither sigma nor covariance");
   require(std::isfinite(time), "time_s is not finite");
-  expect(time >= time_, "time_s", time, ("at least that of the push before, " + text_of(time_)).c_str());
+  if (time < time_)
+    fail(Status::kInvalidArgument,
+         "time_s is " + text_of(time) + ", expected at least that of the push before, " + text_of(time_));
   if (height_ == 0 || (frame.height == height_ && frame.width == width_)) return;
   fail(Status::kInvalidArgument, "frame: a grid of " + std::to_string(frame.height) + " x " +
                                      std::to_string(frame.width) + ", expected that of the push before, " +
@@ -81,7 +84,7 @@ void TemporalFilter::sum_up() {
   }
 }
 
-// eq. 9-10: a patch whose mean innovation is no noise has moved.
+// eq. 9: a patch whose mean innovation is no noise has moved.
 bool TemporalFilter::moved_at(std::int64_t row, std::int64_t column, double correlation) const {
   const double limit2 = options_.motion_sigmas * options_.motion_sigmas;
   const double z = innovation_[row * width_ + column];
@@ -109,7 +112,7 @@ TemporalState TemporalFilter::state_at(const Surface& frame, std::int64_t i) con
   return moved_at(i / width_, i % width_, frame.correlation_points) ? TemporalState::kMoved : TemporalState::kAveraged;
 }
 
-// eq. 11. A point that is started or has moved is the new one as it is.
+// eq. 10. A point that is started or has moved is the new one as it is.
 void TemporalFilter::update(const Surface& frame, double time, std::int64_t i) {
   const TemporalState state = state_[static_cast<std::size_t>(i)] = state_at(frame, i);
   if (state == TemporalState::kAbsent) return;
@@ -133,22 +136,20 @@ void TemporalFilter::update(const Surface& frame, double time, std::int64_t i) {
 
 const std::shared_ptr<Surface>& TemporalFilter::push(const Run& run, const Surface& frame, double time) {
   check(frame, time);
-  start(frame);
-  if (!result_ || result_.use_count() > 1) result_ = std::make_shared<Surface>();
-  *result_ = frame;
-  parallel_for(
-      run, frame.size(), kBlock,
-      [&](std::int64_t begin, std::int64_t end) { innovate(frame, time, begin, end); }, "filtering");
-  sum_up();
-  // From here on nothing is polled: a cancelled push leaves the filter as it was.
-  Run quiet = run;
+  run.poll(0, "filtering");
+  Run quiet = run;  // from here on nothing is polled: a push is done whole or not at all
   quiet.progress = nullptr;
-  parallel_for(
-      quiet, frame.size(), kBlock,
-      [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t i = begin; i < end; ++i) update(frame, time, i);
-      },
-      "filtering");
+  start(frame);
+  // use_count is relaxed: the fence orders our writes behind the reads of whoever let go last.
+  if (!result_ || result_.use_count() > 1) result_ = std::make_shared<Surface>();
+  std::atomic_thread_fence(std::memory_order_acquire);
+  *result_ = frame;
+  const auto in_blocks = [&](auto&& body) { parallel_for(quiet, frame.size(), kBlock, body, "filtering"); };
+  in_blocks([&](std::int64_t begin, std::int64_t end) { innovate(frame, time, begin, end); });
+  sum_up();
+  in_blocks([&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) update(frame, time, i);
+  });
   count_.fill(0);
   for (const TemporalState state : state_) ++count_[static_cast<std::size_t>(state)];
   time_ = time;

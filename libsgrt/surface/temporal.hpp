@@ -28,7 +28,8 @@ class TemporalFilter {
   // answer is this object's own and is written again by the next push, unless somebody else still holds it.
   const std::shared_ptr<Surface>& push(const Run& run, const Surface& frame, double time);
 
-  // Of the last push, a pixel each.
+  // Of the last push; nullptr and empty before the first. A state a pixel.
+  const std::shared_ptr<Surface>& result() const { return result_; }
   const std::vector<TemporalState>& states() const { return state_; }
   const std::array<std::int64_t, static_cast<std::size_t>(TemporalState::kCount)>& counts() const { return count_; }
 

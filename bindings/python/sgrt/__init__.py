@@ -7,6 +7,8 @@ not a medical device.
 
 from . import errors, frames, io
 from ._core import (
+    FILTER_REASONS,
+    FILTER_STATES,
     SKIN_FLAGS,
     STEREO_REASONS,
     BoardDetection,
@@ -15,6 +17,9 @@ from ._core import (
     Context,
     CouchCorrection,
     Deform,
+    Filtered,
+    FilteredFrame,
+    FilterSession,
     FuseInfo,
     Icp,
     NurbsCurve,
@@ -45,6 +50,7 @@ from ._core import (
     rig_point_covariance,
     stereo_match,
     surface_distance,
+    surface_filter,
     surface_fuse,
     version,
     volume_skin,
@@ -66,6 +72,8 @@ from .errors import (
 __version__ = version()
 
 __all__ = [
+    "FILTER_REASONS",
+    "FILTER_STATES",
     "SKIN_FLAGS",
     "STEREO_REASONS",
     "BoardDetection",
@@ -77,6 +85,9 @@ __all__ = [
     "Deform",
     "Degenerate",
     "Error",
+    "FilterSession",
+    "Filtered",
+    "FilteredFrame",
     "FormatError",
     "FuseInfo",
     "Icp",
@@ -118,6 +129,7 @@ __all__ = [
     "rig_point_covariance",
     "stereo_match",
     "surface_distance",
+    "surface_filter",
     "surface_fuse",
     "version",
     "volume_skin",

@@ -224,6 +224,7 @@ std::vector<py::ssize_t> point_shape(const sgrt_surface* surface);
 void register_library(py::module_& m);
 void register_context(py::module_& m);
 void register_surface(py::module_& m);
+void register_filter(py::module_& m);
 void register_roi(py::module_& m);
 void register_frame(py::module_& m);
 void register_rig(py::module_& m);

@@ -48,7 +48,8 @@ TEST(Temporal, NoiseFallsAsPredicted) {
 }
 
 TEST(Temporal, SigmaIsHonestWhereSkinWanders) {
-  // Each pixel wanders by itself by 0.1 mm in a second: what remains of noise and lag together is the sigma that is said.
+  // Each pixel wanders by itself by 0.1 mm in a second: what remains of noise and lag together is the sigma that is
+  // said.
   Draw draw(2);
   TemporalFilter f({6, 0.1});
   Surface truth = frame_at(0, 0, draw);
