@@ -1108,6 +1108,67 @@ SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_
  * SGRT_E_DEGENERATE        motions that the shape leaves free. since 0.1 */
 SGRT_API sgrt_status sgrt_reference_predict(sgrt_context *context, const sgrt_reference *reference,
                                             const double isocentre_mm[3], double live_sigma_mm, sgrt_icp **result);
+/* -------------------------------------------------------------------------------------------------------- coarse */
+
+/* Result of a registration of landmarks. */
+typedef struct sgrt_coarse sgrt_coarse;
+
+typedef struct sgrt_coarse_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double sigma_mm;            /* of each coordinate of a landmark without a covariance; default 2 */
+  double min_share;           /* of the ids on both sides: fewer that agree are no answer; default 0.5 */
+  double weak_sigma_mm;       /* verdict `weak` beyond it, turns at 100 mm; default 5 */
+  double degenerate_sigma_mm; /* SGRT_E_DEGENERATE beyond it; default 10 */
+} sgrt_coarse_options;
+SGRT_API sgrt_status sgrt_coarse_options_init(sgrt_coarse_options *options, size_t size);
+
+/* Finds the rigid motion that lays landmarks of the live body on those of one id on the reference: weighted Procrustes on the pairs
+ * that agree, found by trying every triple (docs/theory/coarse.md section 2). Its pose is a start for sgrt_icp_align.
+ *
+ * reference_mm: N x 3, live_mm: M x 3, mm, one room frame. reference_ids, live_ids: i32, N and M; an id that occurs twice stands for
+ * candidates, of which at most one is right. ..._covariance_mm2: N x 3 x 3, M x 3 x 3, or NULL: options->sigma_mm.
+ * At most 64 pairs of one id. options may be NULL. *result is written for SGRT_OK and for statuses 10-19; free with sgrt_coarse_free.
+ *
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 3 ids on both sides
+ * SGRT_E_NOT_FOUND          no three agree, or too few of them (options->min_share)
+ * SGRT_E_DEGENERATE         the landmarks lie (nearly) on a line; or another motion explains as many
+ * SGRT_E_LIMIT              more than 64 pairs. SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_coarse_align(sgrt_context *context, const sgrt_view *reference_mm, const sgrt_view *reference_ids,
+                                       const sgrt_view *reference_covariance_mm2, const sgrt_view *live_mm,
+                                       const sgrt_view *live_ids, const sgrt_view *live_covariance_mm2,
+                                       const double isocentre_mm[3], const sgrt_coarse_options *options,
+                                       sgrt_coarse **result);
+SGRT_API void sgrt_coarse_free(sgrt_coarse *result);
+
+/* All numbers are NaN where no pose was found, but for the isocentre and the counts. */
+typedef struct sgrt_coarse_info {
+  uint32_t struct_size;
+  sgrt_status status;      /* as sgrt_coarse_align returned */
+  int32_t verdict;         /* SGRT_VERDICT_...; SGRT_COARSE_VERDICT tells why */
+  int32_t common_count;    /* ids on both sides */
+  int32_t used_count;      /* that agree on the motion */
+  int32_t runner_up_count; /* that agree on the best motion that differs from it */
+  double reference_from_live[16];
+  double isocentre_mm[3];
+  sgrt_patient_displacement displacement;
+  sgrt_couch_correction correction;
+  double covariance[36]; /* as sgrt_icp_info's */
+  double sigma_mm[3];
+  double sigma_deg[3];
+  double rms_mm; /* distance of the landmarks that agree */
+  double chi2;   /* reduced: 1 where they lie as far apart as their covariances predict */
+} sgrt_coarse_info;
+SGRT_API sgrt_status sgrt_coarse_summary(const sgrt_coarse *result, sgrt_coarse_info *info);
+
+enum {
+  SGRT_COARSE_DISTANCE = 1, /* f64, M: of each live landmark from its partner at the pose, mm; NaN without */
+  SGRT_COARSE_INLIER = 2    /* u8, M: 1 where it agrees */
+};
+SGRT_API sgrt_status sgrt_coarse_array(const sgrt_coarse *result, int32_t field, sgrt_view *view);
+enum { SGRT_COARSE_VERDICT = 1 /* "ok", "weak: ...", or why there is no pose */ };
+SGRT_API const char *sgrt_coarse_text(const sgrt_coarse *result, int32_t field);
+
 /* -------------------------------------------------------------------------------------------------------- deform */
 
 /* Result of a registration of a body that is not rigid. */

@@ -25,6 +25,7 @@
 #include "nurbs/fit.hpp"
 #include "registration/deform.hpp"
 #include "registration/icp.hpp"
+#include "registration/landmark_fit.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
 #include "surface/temporal.hpp"
@@ -101,6 +102,10 @@ struct sgrt_calibration {
   std::string message, report, rig_json;  // no rig: empty
   std::vector<std::string> warnings, parameters;
   std::vector<double> corners, covariance;
+};
+
+struct sgrt_coarse {
+  sgrt::LandmarkFit fit;
 };
 
 struct sgrt_deform {
