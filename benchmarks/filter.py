@@ -1,4 +1,4 @@
-"""A depth map of 640 x 480 with noise: two domes behind a step. Error: RMS of the depth against the truth, all points."""
+"""A depth map of 640 x 480 with noise: two domes behind a step. Error: RMS against the true depth, all points."""
 
 from collections.abc import Iterator
 from pathlib import Path
