@@ -25,10 +25,12 @@
 #include "nurbs/fit.hpp"
 #include "registration/deform.hpp"
 #include "registration/icp.hpp"
+#include "registration/landmark_fit.hpp"
 #include "rig/rig.hpp"
 #include "shape/curvature.hpp"
 #include "shape/locate.hpp"
 #include "stereo/stereo.hpp"
+#include "surface/temporal.hpp"
 #include "tracking/tracker.hpp"
 #include "volume/contours.hpp"
 
@@ -60,6 +62,10 @@ struct sgrt_stereo_session {
   sgrt::StereoMatcher matcher;
   double time_s;  // of the last push
   sgrt_stereo lent;
+};
+
+struct sgrt_filter_session {
+  sgrt::TemporalFilter filter;
 };
 
 struct sgrt_reference {
@@ -116,6 +122,10 @@ struct sgrt_calibration {
   std::string message, report, rig_json;  // no rig: empty
   std::vector<std::string> warnings, parameters;
   std::vector<double> corners, covariance;
+};
+
+struct sgrt_coarse {
+  sgrt::LandmarkFit fit;
 };
 
 struct sgrt_deform {
