@@ -9,6 +9,7 @@ from . import errors, frames, io
 from ._core import (
     SKIN_FLAGS,
     STEREO_REASONS,
+    TOF_FLAGS,
     BoardDetection,
     Calibration,
     Camera,
@@ -29,6 +30,9 @@ from ._core import (
     Stereo,
     StereoSession,
     Surface,
+    Tof,
+    TofSession,
+    TofUnit,
     Tracker,
     TrackFrame,
     Volume,
@@ -46,6 +50,7 @@ from ._core import (
     stereo_match,
     surface_distance,
     surface_fuse,
+    tof_measure,
     version,
     volume_skin,
 )
@@ -68,6 +73,7 @@ __version__ = version()
 __all__ = [
     "SKIN_FLAGS",
     "STEREO_REASONS",
+    "TOF_FLAGS",
     "BoardDetection",
     "Calibration",
     "Camera",
@@ -99,6 +105,9 @@ __all__ = [
     "Stereo",
     "StereoSession",
     "Surface",
+    "Tof",
+    "TofSession",
+    "TofUnit",
     "TrackFrame",
     "Tracker",
     "Volume",
@@ -119,6 +128,7 @@ __all__ = [
     "stereo_match",
     "surface_distance",
     "surface_fuse",
+    "tof_measure",
     "version",
     "volume_skin",
 ]
