@@ -12,6 +12,8 @@
 namespace sgrt {
 namespace {
 
+constexpr double kHalfLight = 299'792'458e3 / 2;  // mm/s
+
 void check(const std::vector<TofPlacement>& placements, const TofCalibrationOptions& o) {
   const auto refuse = [](const char* name, double value, const char* expected) {
     fail(Status::kInvalidArgument, std::string(name) + ": " + text_of(value) + ", expected " + expected);
@@ -146,7 +148,8 @@ TofCalibration calibrate_tof(const Run& run, const Rig& rig, int unit, const std
     c.message = std::to_string(samples.size()) + " pixels saw the board, expected at least " + std::to_string(kFewest);
     return c;
   }
-  const TofFit fit = fit_tof(samples, pixels, options);
+  const double highest = *std::max_element(u.modulation_hz.begin(), u.modulation_hz.end());
+  const TofFit fit = fit_tof(samples, pixels, kHalfLight / highest, options);
   add_figures(samples, fit, c);
   warn(samples, fit, pixels, c);
   u.range_mm = fit.range_knots, u.range_error_mm = fit.range_error;

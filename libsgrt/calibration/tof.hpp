@@ -58,7 +58,10 @@ struct TofFit {
   std::vector<float> pixel_offset;
   std::vector<char> used;  // of each sample
 };
-TofFit fit_tof(const std::vector<TofSample>& samples, std::size_t pixels, const TofCalibrationOptions& options);
+// wave: mm, the unambiguous range of the highest frequency: wiggling repeats four times in it, and so tells how smooth
+// it is.
+TofFit fit_tof(const std::vector<TofSample>& samples, std::size_t pixels, double wave,
+               const TofCalibrationOptions& options);
 
 // Any corrections that the rig holds are replaced.
 TofCalibration calibrate_tof(const Run& run, const Rig& rig, int unit, const std::vector<TofPlacement>& placements,

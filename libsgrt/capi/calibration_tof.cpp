@@ -21,7 +21,7 @@ sgrt_calibration_tof_options default_options() {
   return c;
 }
 
-TofCalibrationOptions from_c(const sgrt_calibration_tof_options& c) {
+TofCalibrationOptions options_of(const sgrt_calibration_tof_options& c) {
   check_finite(c.board_mm, 4, "board_mm");
   TofCalibrationOptions o;
   o.low = Vec2(c.board_mm[0], c.board_mm[1]);
@@ -104,7 +104,7 @@ sgrt_status sgrt_calibration_tof(sgrt_context* context, const sgrt_rig* rig, con
     const int unit = tof_index(rig->rig, tof_id);
     const sgrt_calibration_tof_options c = read_struct(options, default_options(), "options.struct_size");
     const sgrt_tof_options sensor = read_struct(&c.sensor, to_c(TofOptions{}), "options.sensor.struct_size");
-    const TofCalibrationOptions o = from_c(c);
+    const TofCalibrationOptions o = options_of(c);
     std::vector<TofPlacement> placements(static_cast<std::size_t>(count));
     for (std::size_t i = 0; i < placements.size(); ++i)
       placements[i].taps = taps_of(&taps[i], ("taps[" + std::to_string(i) + "]").c_str());

@@ -58,42 +58,46 @@ SGRT_INLINE Lanes angle8(Lanes s, Lanes c) {
   return pick8(a < 6.2831853F, a, pick8(a == a, all(0), a));
 }
 
+// chi^2 of what a still scene leaves at 0, above its limit. t, v: the taps and their variances.
+SGRT_INLINE IntLanes moved8(const PhasorRow& r, const int taps, const Lanes* t, const Lanes* v, Lanes tolerance) {
+  Lanes chi2 = all(0);
+  for (int j = 0; j < r.null_count; ++j) {
+    Lanes e = all(0), variance = all(0);
+    for (int k = 0; k < taps; ++k) {
+      const float u = r.null_space[j * taps + k];
+      e += u * t[k];
+      variance += (u * u) * v[k];
+    }
+    if (r.null_count == 1) return e * e > r.moved_limit * (variance + tolerance);
+    chi2 += e * e / (variance + tolerance);
+  }
+  return chi2 > all(r.moved_limit);
+}
+
 SGRT_INLINE void phasor_row_of(const PhasorRow& r, const int taps) {
+  Lanes t[32], v[32];
   for (int x = 0; x < r.count; x += 8) {
     const Lanes share = r.share ? load8(r.share + x) : all(1);
     Lanes B = all(0), C = all(0), S = all(0), P = all(0), Q = all(0), R = all(0);
     IntLanes clipped = IntLanes{};
     for (int k = 0; k < taps; ++k) {
-      const float *m = r.model + 3 * k, *tap = r.taps + (long)k * r.stride + x;
-      const Lanes seen = load8(tap);
+      const float* m = r.model + 3 * k;
+      const Lanes seen = load8(r.taps + (long)k * r.stride + x);
       const IntLanes good = (seen > all(r.low)) & (seen < all(r.high));  // false for NaN
       clipped |= ~good;
-      const Lanes t = (Lanes)((IntLanes)seen & good);
-      B += m[0] * t;
-      C += m[1] * t;
-      S += m[2] * t;
-      const Lanes v = r.gain * greater8(t, all(0)) + r.floor;
-      P += (m[1] * m[1]) * v;
-      Q += (m[1] * m[2]) * v;
-      R += (m[2] * m[2]) * v;
+      t[k] = (Lanes)((IntLanes)seen & good);
+      v[k] = (r.gain * greater8(t[k], all(0)) + r.floor) * share;
+      B += m[0] * t[k];
+      C += m[1] * t[k];
+      S += m[2] * t[k];
+      P += (m[1] * m[1]) * v[k];
+      Q += (m[1] * m[2]) * v[k];
+      R += (m[2] * m[2]) * v[k];
     }
     const Lanes A2 = C * C + S * S;
     IntLanes flags = clipped & kSaturated;
-    if (r.null_count > 0) {
-      Lanes chi2 = all(0);
-      for (int j = 0; j < r.null_count; ++j) {
-        Lanes e = all(0), v = r.tolerance2 * A2;
-        for (int k = 0; k < taps; ++k) {
-          const float u = r.null_space[j * taps + k];
-          const Lanes t = load8(r.taps + (long)k * r.stride + x);
-          e += u * t;
-          v += (u * u) * (r.gain * greater8(t, all(0)) + r.floor) * share;
-        }
-        chi2 += e * e / v;
-      }
-      flags |= (chi2 > all(r.moved_limit)) & ~clipped & kMoved;
-    }
-    const Lanes variance = (S * S * P - 2 * S * C * Q + C * C * R) / (A2 * A2) * share;
+    if (r.null_count > 0) flags |= moved8(r, taps, t, v, r.tolerance2 * A2) & ~clipped & kMoved;
+    const Lanes variance = (S * S * P - 2 * S * C * Q + C * C * R) / (A2 * A2);
     const int n = r.count - x;
     put8(r.phase + x, angle8(S, C), n);
     put8(r.amplitude + x, root8(A2), n);

@@ -33,7 +33,7 @@ def draw(path: Path, result: Tof) -> None:
     )
     for ax, (title, plane, colours, hidden) in zip(axes, planes, strict=True):
         shown = np.ma.masked_where(hidden | ~np.isfinite(plane), plane)
-        low, high = (np.percentile(shown.compressed(), (1, 99)) if shown.count() else (0.0, 1.0))
+        low, high = np.percentile(shown.compressed(), (1, 99)) if shown.count() else (0.0, 1.0)
         image = ax.imshow(shown, cmap=colours, vmin=low, vmax=high)
         ax.set_title(title)
         ax.set_xticks([])

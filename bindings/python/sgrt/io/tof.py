@@ -19,7 +19,7 @@ MAX_BYTES = 4 * 2**30
 
 @dataclass(frozen=True)
 class TofFrames:
-    """taps: frames x frequencies x taps x H x W, counts. saturation: counts at which a tap is clipped; None: not stated."""
+    """taps: frames x frequencies x taps x H x W, counts. saturation: counts at which taps clip; None: not stated."""
 
     taps: NDArray[Any]
     saturation: float | None = None

@@ -151,7 +151,7 @@ def plane(point: ArrayLike, normal: ArrayLike, albedo: float = 0.6, radius_mm: f
 def board(
     room_from_board: ArrayLike, columns: int, rows: int, spacing_mm: float, dark: float = 0.15, light: float = 0.7
 ) -> Scene:
-    """A chessboard of columns x rows inner corners, its squares going one beyond them, with a light rim of half a square."""
+    """A chessboard of columns x rows inner corners, squares one beyond them, and a light rim of half a square."""
     pose = np.asarray(room_from_board, float)
     flat = plane(pose[:3, 3], pose[:3, 2], light)
 
