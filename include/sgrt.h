@@ -300,6 +300,91 @@ SGRT_API sgrt_status sgrt_surface_distance(sgrt_context *context, const sgrt_sur
                                            const sgrt_surface_distance_options *options,
                                            const sgrt_mut_view *distance_mm);
 
+typedef struct sgrt_surface_filter_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double radius_mm;   /* neighbours within it count; 0, the default: three spacings of the points */
+  double max_sigmas;  /* two points further apart along their normals, in sigmas of both, are not one skin; 1 to 100, default 4 */
+  double min_support; /* a point that agrees with no more than this share of its neighbours is an outlier; default 0.15 */
+} sgrt_surface_filter_options;
+SGRT_API sgrt_status sgrt_surface_filter_options_init(sgrt_surface_filter_options *options, size_t size);
+
+/* What became of a point. */
+enum {
+  SGRT_FILTER_FILTERED = 0, /* moved along its normal onto the quadric through its neighbours */
+  SGRT_FILTER_ABSENT = 1,   /* it was absent, and still is */
+  SGRT_FILTER_KEPT = 2,     /* left as it was: too few neighbours, or their noise is shared so that no mean would be better */
+  SGRT_FILTER_OUTLIER = 3,  /* taken out: it agrees with no neighbour, or with too few */
+  SGRT_FILTER_COUNT = 4
+};
+
+typedef struct sgrt_surface_filter_info {
+  uint32_t struct_size;
+  int32_t reserved;
+  int64_t count[8]; /* points by SGRT_FILTER_... */
+  double radius_mm; /* that was used */
+  double sigma_before_mm, sigma_after_mm; /* median over the filtered points, along the normal; NaN without any */
+  double correlation_points; /* of the result: what one point has gained, it shares with its neighbours */
+} sgrt_surface_filter_info;
+
+/* The spatial filter, for the surface of any sensor, a cloud or a mesh: takes outliers out and moves the other points along
+ * their normals onto a weighted quadric through the neighbours on the same side of every edge (docs/theory/filters.md). Nothing is
+ * filled; tangential position, modes and absent points stay. sigma and covariance along the normal become those of the
+ * filtered points, larger where the skin is no quadric within the radius; a surface without them gets its measured roughness.
+ * An outlier is absent in a grid and dropped, with its faces, from a cloud or a mesh.
+ * The surface needs normals. reason: u8, N or H x W as the surface, SGRT_FILTER_...; it, options and info may be NULL.
+ * SGRT_E_INVALID_ARGUMENT   no normals, an option out of range
+ * SGRT_E_INSUFFICIENT_DATA  points without neighbours, nothing left. since 0.1 */
+SGRT_API sgrt_status sgrt_surface_filter(sgrt_context *context, const sgrt_surface *surface,
+                                         const sgrt_surface_filter_options *options, sgrt_surface **result,
+                                         const sgrt_mut_view *reason, sgrt_surface_filter_info *info);
+
+/* ------------------------------------------------------------------------------------------------ filter_session */
+
+/* The temporal filter of one sensor's organised surfaces: a Kalman filter a pixel, which starts again where a patch of 1 to
+ * 63 pixels has moved by more than its noise. One thread at a time; the steady state allocates nothing. */
+typedef struct sgrt_filter_session sgrt_filter_session;
+
+typedef struct sgrt_filter_session_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double motion_sigmas; /* of a patch's mean innovation, beyond which it has moved; 1 to 100, default 4 */
+  double drift_mm;      /* how far skin may wander unseen in a second, one sigma of a random walk; 0 to 1000, default 0.05 */
+} sgrt_filter_session_options;
+SGRT_API sgrt_status sgrt_filter_session_options_init(sgrt_filter_session_options *options, size_t size);
+
+/* What became of a pixel. */
+enum {
+  SGRT_TEMPORAL_AVERAGED = 0, /* with the frames before */
+  SGRT_TEMPORAL_ABSENT = 1,   /* absent in this frame; what was known of it waits */
+  SGRT_TEMPORAL_STARTED = 2,  /* seen for the first time */
+  SGRT_TEMPORAL_MOVED = 3,    /* started again: this frame alone */
+  SGRT_TEMPORAL_COUNT = 4
+};
+
+typedef struct sgrt_filter_session_info {
+  uint32_t struct_size;
+  int32_t reserved;
+  int64_t count[8]; /* pixels by SGRT_TEMPORAL_... */
+} sgrt_filter_session_info;
+
+/* options may be NULL. since 0.1 */
+SGRT_API sgrt_status sgrt_filter_session_create(const sgrt_filter_session_options *options,
+                                                sgrt_filter_session **session);
+/* frame: an organised grid with normals and sigma or covariance, of one size in all pushes. time_s: must not decrease. info
+ * may be NULL. After an error the session is as it was.
+ * SGRT_E_INVALID_ARGUMENT  another size, no normals, no sigma, a time that runs backwards
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_filter_session_push(sgrt_context *context, sgrt_filter_session *session,
+                                              const sgrt_surface *frame, double time_s, sgrt_filter_session_info *info);
+/* A new handle on the filtered frame of the last push; it outlives the next one. Its errors are correlated from push to
+ * push. SGRT_E_NOT_FOUND  nothing pushed yet. since 0.1 */
+SGRT_API sgrt_status sgrt_filter_session_surface(const sgrt_filter_session *session, sgrt_surface **surface);
+/* What became of the pixels at the last push: u8, H x W, SGRT_TEMPORAL_...; lent until the next push. Absent before the
+ * first. since 0.1 */
+SGRT_API sgrt_status sgrt_filter_session_states(const sgrt_filter_session *session, sgrt_view *view);
+SGRT_API void sgrt_filter_session_free(sgrt_filter_session *session);
+
 /* ----------------------------------------------------------------------------------------------------------- roi */
 
 /* The part of the reference that counts. Immutable. */
@@ -1126,6 +1211,67 @@ SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_
  * SGRT_E_DEGENERATE        motions that the shape leaves free. since 0.1 */
 SGRT_API sgrt_status sgrt_reference_predict(sgrt_context *context, const sgrt_reference *reference,
                                             const double isocentre_mm[3], double live_sigma_mm, sgrt_icp **result);
+/* -------------------------------------------------------------------------------------------------------- coarse */
+
+/* Result of a registration of landmarks. */
+typedef struct sgrt_coarse sgrt_coarse;
+
+typedef struct sgrt_coarse_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double sigma_mm;            /* of each coordinate of a landmark without a covariance; default 2 */
+  double min_share;           /* of the ids on both sides: fewer that agree are no answer; default 0.5 */
+  double weak_sigma_mm;       /* verdict `weak` beyond it, turns at 100 mm; default 5 */
+  double degenerate_sigma_mm; /* SGRT_E_DEGENERATE beyond it; default 10 */
+} sgrt_coarse_options;
+SGRT_API sgrt_status sgrt_coarse_options_init(sgrt_coarse_options *options, size_t size);
+
+/* Finds the rigid motion that lays landmarks of the live body on those of one id on the reference: weighted Procrustes on the pairs
+ * that agree, found by trying every triple (docs/theory/coarse.md section 2). Its pose is a start for sgrt_icp_align.
+ *
+ * reference_mm: N x 3, live_mm: M x 3, mm, one room frame. reference_ids, live_ids: i32, N and M; an id that occurs twice stands for
+ * candidates, of which at most one is right. ..._covariance_mm2: N x 3 x 3, M x 3 x 3, or NULL: options->sigma_mm.
+ * At most 64 pairs of one id. options may be NULL. *result is written for SGRT_OK and for statuses 10-19; free with sgrt_coarse_free.
+ *
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 3 ids on both sides
+ * SGRT_E_NOT_FOUND          no three agree, or too few of them (options->min_share)
+ * SGRT_E_DEGENERATE         the landmarks lie (nearly) on a line; or another motion explains as many
+ * SGRT_E_LIMIT              more than 64 pairs. SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_coarse_align(sgrt_context *context, const sgrt_view *reference_mm, const sgrt_view *reference_ids,
+                                       const sgrt_view *reference_covariance_mm2, const sgrt_view *live_mm,
+                                       const sgrt_view *live_ids, const sgrt_view *live_covariance_mm2,
+                                       const double isocentre_mm[3], const sgrt_coarse_options *options,
+                                       sgrt_coarse **result);
+SGRT_API void sgrt_coarse_free(sgrt_coarse *result);
+
+/* All numbers are NaN where no pose was found, but for the isocentre and the counts. */
+typedef struct sgrt_coarse_info {
+  uint32_t struct_size;
+  sgrt_status status;      /* as sgrt_coarse_align returned */
+  int32_t verdict;         /* SGRT_VERDICT_...; SGRT_COARSE_VERDICT tells why */
+  int32_t common_count;    /* ids on both sides */
+  int32_t used_count;      /* that agree on the motion */
+  int32_t runner_up_count; /* that agree on the best motion that differs from it */
+  double reference_from_live[16];
+  double isocentre_mm[3];
+  sgrt_patient_displacement displacement;
+  sgrt_couch_correction correction;
+  double covariance[36]; /* as sgrt_icp_info's */
+  double sigma_mm[3];
+  double sigma_deg[3];
+  double rms_mm; /* distance of the landmarks that agree */
+  double chi2;   /* reduced: 1 where they lie as far apart as their covariances predict */
+} sgrt_coarse_info;
+SGRT_API sgrt_status sgrt_coarse_summary(const sgrt_coarse *result, sgrt_coarse_info *info);
+
+enum {
+  SGRT_COARSE_DISTANCE = 1, /* f64, M: of each live landmark from its partner at the pose, mm; NaN without */
+  SGRT_COARSE_INLIER = 2    /* u8, M: 1 where it agrees */
+};
+SGRT_API sgrt_status sgrt_coarse_array(const sgrt_coarse *result, int32_t field, sgrt_view *view);
+enum { SGRT_COARSE_VERDICT = 1 /* "ok", "weak: ...", or why there is no pose */ };
+SGRT_API const char *sgrt_coarse_text(const sgrt_coarse *result, int32_t field);
+
 /* -------------------------------------------------------------------------------------------------------- deform */
 
 /* Result of a registration of a body that is not rigid. */

@@ -26,9 +26,11 @@
 #include "nurbs/fit.hpp"
 #include "registration/deform.hpp"
 #include "registration/icp.hpp"
+#include "registration/landmark_fit.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
 #include "tof/tof.hpp"
+#include "surface/temporal.hpp"
 #include "tracking/tracker.hpp"
 #include "volume/contours.hpp"
 
@@ -72,6 +74,8 @@ struct sgrt_tof_session {
   std::shared_ptr<sgrt::TofSensor> sensor;
   double time_s;  // of the last push
   sgrt_tof lent;
+struct sgrt_filter_session {
+  sgrt::TemporalFilter filter;
 };
 
 struct sgrt_reference {
@@ -112,6 +116,10 @@ struct sgrt_calibration {
   std::vector<double> corners, covariance;
   std::vector<float> pixel_offset;  // height x width
   std::int64_t height = 0, width = 0;
+};
+
+struct sgrt_coarse {
+  sgrt::LandmarkFit fit;
 };
 
 struct sgrt_deform {

@@ -2,9 +2,9 @@
 #include "registration/icp.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "capi/capi.hpp"
+#include "capi/motion.hpp"
 
 namespace sgrt {
 namespace {
@@ -13,8 +13,6 @@ static_assert(static_cast<int>(Verdict::kNone) == SGRT_VERDICT_NONE &&
               static_cast<int>(Verdict::kOk) == SGRT_VERDICT_OK &&
               static_cast<int>(Verdict::kWeak) == SGRT_VERDICT_WEAK);
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
-
 sgrt_icp_info summary_of(const IcpResult& r) {
   sgrt_icp_info info{};
   info.status = static_cast<sgrt_status>(r.status);
@@ -22,17 +20,8 @@ sgrt_icp_info summary_of(const IcpResult& r) {
   info.iterations = r.iterations;
   info.pair_count = r.pair_count;
   info.free_count = static_cast<std::int32_t>(std::min<std::size_t>(r.free.size(), 6));
-  pose_to_rows(r.reference_from_live, info.reference_from_live);
-  if (!r.reference_from_live.t.allFinite())
-    std::fill_n(info.reference_from_live, 16, std::nan(""));  // the row 0 0 0 1 as well
   Eigen::Map<Vec3>(info.isocentre_mm) = r.isocentre;
-  info.displacement = to_c(r.displacement);
-  info.correction = to_c(r.correction);
-  Eigen::Map<Mat6>(info.covariance) = r.covariance.transpose();  // row-major
-  for (int i = 0; i < 3; ++i) {
-    info.sigma_deg[i] = std::sqrt(r.covariance(i, i)) / kDegree;
-    info.sigma_mm[i] = std::sqrt(r.covariance(i + 3, i + 3));
-  }
+  write_motion(r, info);
   for (int i = 0; i < info.free_count; ++i) Eigen::Map<Vec6>(info.free_motion + 6 * i) = r.free[i].motion;
   info.rms_mm = r.rms;
   info.inlier_share = r.inlier_share;

@@ -2,10 +2,10 @@
 #include "tracking/tracker.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "capi/capi.hpp"
+#include "capi/motion.hpp"
 
 namespace sgrt {
 namespace {
@@ -22,7 +22,6 @@ static_assert(static_cast<int>(Profile::kConventional) == SGRT_PROFILE_CONVENTIO
               static_cast<int>(TrackState::kTracking) == SGRT_TRACK_TRACKING &&
               static_cast<int>(TrackState::kFound) == SGRT_TRACK_FOUND);
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMaxSeconds = 1e6;
 
@@ -81,16 +80,8 @@ sgrt_tracker_info to_c(const TrackFrame& f) {
   info.iterations = r.iterations;
   info.frame = f.index;
   info.time_s = f.time;
-  pose_to_rows(r.reference_from_live, info.reference_from_live);
-  if (r.status != Status::kOk) std::fill_n(info.reference_from_live, 16, kNan);
-  info.displacement = to_c(r.displacement);
-  info.correction = to_c(r.correction);
+  write_motion(r, info);
   info.drift = to_c(f.drift);
-  Eigen::Map<Mat6>(info.covariance) = r.covariance.transpose();
-  for (int i = 0; i < 3; ++i) {
-    info.sigma_deg[i] = std::sqrt(r.covariance(i, i)) / kDegree;
-    info.sigma_mm[i] = std::sqrt(r.covariance(i + 3, i + 3));
-  }
   info.rms_mm = r.rms;
   info.inlier_share = r.inlier_share;
   info.breathing_mm = f.breathing.mm;

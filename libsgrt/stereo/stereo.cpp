@@ -7,6 +7,7 @@
 #include "stereo/coarse.hpp"
 #include "stereo/match.hpp"
 #include "stereo/rectify.hpp"
+#include "stereo/rig_error.hpp"
 #include "stereo/triangulate.hpp"
 
 namespace sgrt {
@@ -52,6 +53,7 @@ struct StereoMatcher::Impl {
   Camera left_camera, right_camera;
   StereoOptions options;
   Rectification rectification;
+  RigError rig_error;
   Grid grid;
   CoarseOptions coarse_options;
   CoarseWork coarse_work;
@@ -92,6 +94,7 @@ StereoMatcher::StereoMatcher(const Run& run, const Rig& rig, const StereoPair& p
   m.left_camera = rig.cameras[pair.left];
   m.right_camera = rig.cameras[pair.right];
   m.rectification = make_rectification(run, m.left_camera, m.right_camera, options.volume_min, options.volume_max);
+  m.rig_error = make_rig_error(run, rig, pair, m.rectification);
   m.bound_disparities();
   const RectifiedView& view = m.rectification.left;
   m.coarse_options.scale = std::min(view.width, view.height) >= kReducibleSide ? 4 : 2;
@@ -123,7 +126,8 @@ const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const 
   if (!m.result || m.result.use_count() > 1) m.result = std::make_shared<StereoResult>();
   if (!m.result->surface || m.result->surface.use_count() > 1) m.result->surface = std::make_shared<Surface>();
   std::atomic_thread_fence(std::memory_order_acquire);
-  triangulate(run, m.rectification, m.grid, m.options, m.match_work.noise_of_bend.gain, m.medians, m.field, *m.result);
+  triangulate(run, m.rectification, m.rig_error, m.grid, m.options, m.match_work.noise_of_bend.gain, m.medians, m.field,
+              *m.result);
   const EpipolarCheck& epipolar = m.match_work.epipolar;
   m.result->epipolar_count = epipolar.count;
   m.result->epipolar_px = epipolar.median, m.result->epipolar_sigma_px = epipolar.sigma;

@@ -224,6 +224,7 @@ std::vector<py::ssize_t> point_shape(const sgrt_surface* surface);
 void register_library(py::module_& m);
 void register_context(py::module_& m);
 void register_surface(py::module_& m);
+void register_filter(py::module_& m);
 void register_roi(py::module_& m);
 void register_frame(py::module_& m);
 void register_rig(py::module_& m);
@@ -234,6 +235,7 @@ void register_nurbs_fit(py::module_& m);
 void register_volume(py::module_& m);
 void register_icp(py::module_& m);
 void register_calibration(py::module_& m);
+void register_coarse(py::module_& m);
 void register_deform(py::module_& m);
 void register_tracker(py::module_& m);
 

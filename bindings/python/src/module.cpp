@@ -7,6 +7,7 @@ PYBIND11_MODULE(_core, m) {
   register_library(m);
   register_context(m);
   register_surface(m);
+  register_filter(m);
   register_roi(m);
   register_frame(m);
   register_rig(m);
@@ -16,6 +17,7 @@ PYBIND11_MODULE(_core, m) {
   register_nurbs_fit(m);
   register_volume(m);
   register_icp(m);
+  register_coarse(m);
   register_deform(m);
   register_tracker(m);
   register_calibration(m);

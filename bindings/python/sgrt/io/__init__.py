@@ -5,6 +5,7 @@ A missing file is an OSError, a malformed one sgrt.FormatError (also a ValueErro
 """
 
 from .captures import Capture, read_captures, write_captures
+from .landmarks import LandmarkSet, landmarks_align, read_landmarks, write_landmarks
 from .nurbs import read_nurbs_curve, read_nurbs_surface, write_nurbs
 from .ply import read_surface, write_surface
 from .png import read_image, write_image
@@ -16,10 +17,13 @@ from .tof import TofFrames, read_pixel_offset, read_tof, write_pixel_offset, wri
 
 __all__ = [
     "Capture",
+    "LandmarkSet",
     "PoseTrack",
     "TofFrames",
+    "landmarks_align",
     "read_captures",
     "read_image",
+    "read_landmarks",
     "read_nurbs_curve",
     "read_nurbs_surface",
     "read_pixel_offset",
@@ -32,6 +36,7 @@ __all__ = [
     "registration_document",
     "write_captures",
     "write_image",
+    "write_landmarks",
     "write_nurbs",
     "write_pixel_offset",
     "write_poses",
