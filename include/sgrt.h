@@ -475,7 +475,7 @@ typedef struct sgrt_rig_info {
   uint32_t struct_size;
   int32_t camera_count;
   int32_t pair_count;
-  int32_t reserved;
+  int32_t tof_count;
 } sgrt_rig_info;
 SGRT_API sgrt_status sgrt_rig_summary(const sgrt_rig *rig, sgrt_rig_info *info);
 
@@ -486,7 +486,10 @@ enum {
   SGRT_RIG_CAMERA_ID = 4, /* of camera `index` */
   SGRT_RIG_PAIR_ID = 5,   /* of pair `index` */
   SGRT_RIG_PAIR_LEFT = 6, /* camera id of pair `index` */
-  SGRT_RIG_PAIR_RIGHT = 7
+  SGRT_RIG_PAIR_RIGHT = 7,
+  SGRT_RIG_TOF_ID = 8,           /* of time-of-flight unit `index` */
+  SGRT_RIG_TOF_CAMERA = 9,       /* its camera's id */
+  SGRT_RIG_TOF_PIXEL_OFFSET = 10 /* the file of its pixel offsets, beside the rig; "" where it has none */
 };
 /* Lends a text; NULL where rig is NULL, the field unknown or index out of range. index is 0 for single texts. since 0.1 */
 SGRT_API const char *sgrt_rig_text(const sgrt_rig *rig, int32_t field, int32_t index);
@@ -501,6 +504,19 @@ typedef struct sgrt_rig_camera {
 } sgrt_rig_camera;
 /* index: 0 to camera_count - 1. SGRT_E_INVALID_ARGUMENT  index out of range. since 0.1 */
 SGRT_API sgrt_status sgrt_rig_camera_get(const sgrt_rig *rig, int32_t index, sgrt_rig_camera *camera);
+
+/* A time-of-flight camera: tap_k = B + A cos(phi - tap_phase_rad[k]), phi = 4 pi modulation_hz n range / c. */
+typedef struct sgrt_rig_tof {
+  uint32_t struct_size;
+  int32_t frequency_count; /* 1 to 8 */
+  int32_t tap_count;       /* 3 to 32 */
+  int32_t differential;    /* 1: signed taps, which tell nothing of their shot noise */
+  double modulation_hz[8];
+  double tap_phase_rad[32];
+  double electrons_per_count, read_noise_e, refractive_index;
+} sgrt_rig_tof;
+/* index: 0 to tof_count - 1. SGRT_E_INVALID_ARGUMENT  index out of range. since 0.1 */
+SGRT_API sgrt_status sgrt_rig_tof_get(const sgrt_rig *rig, int32_t index, sgrt_rig_tof *tof);
 
 /* Pixels of room points in a camera (pinhole and Brown-Conrady distortion, docs/theory/rig.md eq. 1-3).
  * camera_id: must be in the rig. x_in_room: N x 3, mm. pixels: f64, N x 2; NaN behind the camera, where the distortion
@@ -603,6 +619,93 @@ SGRT_API sgrt_status sgrt_stereo_session_create(sgrt_context *context, const sgr
 SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo_session *session, const sgrt_view *left,
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
+
+/* ----------------------------------------------------------------------------------------------------------- tof */
+
+/* What a time-of-flight camera measured: a frame of H x W pixels. */
+typedef struct sgrt_tof sgrt_tof;
+
+typedef struct sgrt_tof_options {
+  uint32_t struct_size;
+  int32_t chapter_c;        /* 1: eq. 10.2 as the chapter prints it, c = 3e8 m/s and no air; default 0 */
+  double range_min_mm;      /* the window of ranges along the ray; default 0 */
+  double range_max_mm;      /* NaN, the default: range_min_mm and one unambiguous range, at most 1e5 */
+  double saturation;        /* taps at or above it are clipped, counts; NaN, the default: the end of the integer type */
+  double min_amplitude;     /* counts; default 0 */
+  double max_phase_sigma_rad; /* beyond it a phase is noise; default 0.5 */
+  double max_sigma_mm;      /* one sigma along the ray; default +infinity */
+  double moved_tolerance;   /* of the amplitude: how far the taps of a still scene may disagree beside noise; default 0.004 */
+  double max_incidence_deg; /* pixels that jump steeper than skin of this incidence to both sides fly; default 75 */
+  double min_unwrap_score;  /* several frequencies: log-likelihood of a range over the next best; default 2 */
+  double unwrap_tolerance_mm; /* ... and one sigma of what they disagree by beside noise; default 30 */
+  int32_t normal_window_px; /* side of the window of a normal, odd, 3 to 31; default 7 */
+  int32_t reserved;
+  sgrt_view pixel_offset_mm; /* H x W, subtracted from the range (pixel_offset_mm of the rig); absent: none */
+} sgrt_tof_options;
+SGRT_API sgrt_status sgrt_tof_options_init(sgrt_tof_options *options, size_t size);
+
+/* What is wrong with a pixel, bits. One with any of them but SGRT_TOF_UNCALIBRATED has no point; its phase, amplitude, offset, range and
+ * sigma are given nevertheless. */
+enum {
+  SGRT_TOF_SATURATED = 1,     /* a tap is clipped, or not a number */
+  SGRT_TOF_LOW_AMPLITUDE = 2, /* too little light for a phase: max_phase_sigma_rad, max_sigma_mm, min_amplitude */
+  SGRT_TOF_MOVED = 4,         /* the taps contradict each other: the scene moved between them (needs 4 taps) */
+  SGRT_TOF_FLYING = 8,        /* between two surfaces: it sees both */
+  SGRT_TOF_WRAPPED = 16,      /* the number of turns is in doubt: two ranges of the window explain the phases, or none does */
+  SGRT_TOF_OUT_OF_RANGE = 32, /* outside the window */
+  SGRT_TOF_UNCALIBRATED = 64  /* outside the knots of the range correction, whose end value was taken */
+};
+
+/* Taps to range and points (docs/theory/tof.md): phase, amplitude and offset by least squares over any number >= 3 of taps, range along the
+ * ray by eq. 10.2, several frequencies unwrapped jointly, sigma by the shot noise, the rig's corrections subtracted.
+ * tof_id: of the rig. taps: frames x frequencies x taps x H x W, or without the frames; u16, i16 or f32, counts, of the camera's size. Several
+ * frames are averaged, each pixel backwards from the last frame as far as nothing moved. options may be NULL.
+ * *result is written for SGRT_OK and for SGRT_E_NOT_FOUND; free with sgrt_tof_free.
+ * SGRT_E_INVALID_ARGUMENT  unknown unit, taps of another shape or dtype, an option out of its range
+ * SGRT_E_NOT_FOUND         no pixel has a range; the flags tell why
+ * SGRT_E_LIMIT             more than 1000 frames
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_measure(sgrt_context *context, const sgrt_rig *rig, const char *tof_id,
+                                      const sgrt_view *taps, const sgrt_tof_options *options, sgrt_tof **result);
+SGRT_API void sgrt_tof_free(sgrt_tof *result);
+
+typedef struct sgrt_tof_info {
+  uint32_t struct_size;
+  int32_t width, height, frequency_count;
+  int64_t point_count;
+  int64_t flag_count[8]; /* pixels by bit, SGRT_TOF_SATURATED first */
+  double range_min_mm, range_max_mm; /* the window that held */
+  double ambiguity_mm;     /* ranges this far apart have the same phases */
+  double median_sigma_mm;  /* along the ray, of the points; NaN where the noise is not known (differential taps) */
+} sgrt_tof_info;
+SGRT_API sgrt_status sgrt_tof_summary(const sgrt_tof *result, sgrt_tof_info *info);
+
+enum {
+  SGRT_TOF_PHASE = 1,     /* f32, frequencies x H x W, rad in [0, 2 pi) */
+  SGRT_TOF_AMPLITUDE = 2, /* f32, frequencies x H x W, counts */
+  SGRT_TOF_OFFSET = 3,    /* f32, frequencies x H x W, counts */
+  SGRT_TOF_RANGE = 4,     /* f32, H x W, mm along the ray, corrected; given for flagged pixels too, NaN where there is none */
+  SGRT_TOF_SIGMA = 5,     /* f32, H x W, one sigma of the range, mm; NaN where the noise is not known */
+  SGRT_TOF_FLAGS = 6,     /* u8, H x W, SGRT_TOF_SATURATED ... */
+  SGRT_TOF_SCORE = 7,     /* f32, H x W, of the unwrapping (min_unwrap_score); absent for one frequency */
+  SGRT_TOF_POINTS = 8,    /* f32, H x W x 3, room, mm; NaN where absent. Planes in memory: mind the strides */
+  SGRT_TOF_FRAMES = 9     /* f32, H x W, frames averaged; absent for one frame */
+};
+/* Lends an array; it lives as long as the result. An absent array has data NULL. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_array(const sgrt_tof *result, int32_t field, sgrt_view *view);
+/* A new surface: the organised grid of the points with normals, sigma_mm and covariance (along the rays); the last two are absent where the
+ * noise is not known. Its work is done here. SGRT_E_NOT_FOUND  the result has no point. SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_surface(sgrt_context *context, const sgrt_tof *result, sgrt_surface **surface);
+
+/* Session: the same unit again and again (live mode). Owns its rays and buffers: the steady state allocates nothing. One thread at a time. */
+typedef struct sgrt_tof_session sgrt_tof_session;
+SGRT_API sgrt_status sgrt_tof_session_create(sgrt_context *context, const sgrt_rig *rig, const char *tof_id,
+                                             const sgrt_tof_options *options, sgrt_tof_session **session);
+/* taps, errors: as sgrt_tof_measure. time_s: finite, must not decrease. *result is lent until the next push or the session's end: do not free
+ * it; after an error other than SGRT_E_NOT_FOUND it is NULL, and the session can go on. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_session_push(sgrt_context *context, sgrt_tof_session *session, const sgrt_view *taps,
+                                           double time_s, const sgrt_tof **result);
+SGRT_API void sgrt_tof_session_free(sgrt_tof_session *session);
 
 /* --------------------------------------------------------------------------------------------------- nurbs_curve */
 
@@ -1675,6 +1778,30 @@ SGRT_API sgrt_status sgrt_calibration_check(sgrt_context *context, const sgrt_ri
 SGRT_API sgrt_status sgrt_calibration_room(sgrt_context *context, const sgrt_rig *const *rigs, int32_t count,
                                            const sgrt_calibration_data *data, const sgrt_calibration_options *options,
                                            sgrt_calibration **result);
+
+typedef struct sgrt_calibration_tof_options {
+  uint32_t struct_size;
+  int32_t amplitude_knots;   /* of the amplitude's term, 0 (none) to 100; default 8. Left out where amplitudes span less than 1.5 */
+  double board_mm[4];        /* the part of the board that is flat and bare: left, top, right, bottom in its plane. No default */
+  double knot_spacing_mm;    /* of the range correction, 1 to 1e4; default 50 */
+  double pixel_sigma_mm;     /* what the offset of a pixel may be; 0: no such term; default 10 */
+  sgrt_tof_options sensor;   /* how the frames are measured; its pixel_offset_mm is not used */
+} sgrt_calibration_tof_options;
+SGRT_API sgrt_status sgrt_calibration_tof_options_init(sgrt_calibration_tof_options *options, size_t size);
+
+/* The range error of a time-of-flight camera from a flat board at known poses (docs/theory/tof.md eq. 13-15): over the measured range
+ * (wiggling), over the amplitude, and of each pixel. Corrections that the rig holds are replaced. The lens is calibrated as any camera's.
+ * taps: `count` of them, a placement each, as sgrt_tof_measure. room_from_board: count x 4 x 4, the board's plane being z = 0; or absent:
+ * then data (NULL otherwise) tells where the rig's cameras saw the board's points in these `count` placements, and the poses come from
+ * that (sgrt_calibration_check). A placement without a pose does not count. The result's rig holds the corrections, and names
+ * "pixel-offset.npy" for those of the pixels (SGRT_CALIBRATION_PIXEL_OFFSET).
+ * SGRT_E_INVALID_ARGUMENT   unknown unit, taps of another shape, no rectangle
+ * SGRT_E_INSUFFICIENT_DATA  too few pixels saw the board
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_calibration_tof(sgrt_context *context, const sgrt_rig *rig, const char *tof_id,
+                                          const sgrt_view *taps, int32_t count, const sgrt_view *room_from_board,
+                                          const sgrt_calibration_data *data,
+                                          const sgrt_calibration_tof_options *options, sgrt_calibration **result);
 SGRT_API void sgrt_calibration_free(sgrt_calibration *result);
 
 /* Numbers are NaN where there is no answer. */
@@ -1695,7 +1822,8 @@ SGRT_API sgrt_status sgrt_calibration_summary(const sgrt_calibration *result, sg
 
 enum {
   SGRT_CALIBRATION_CORNERS = 1,   /* f64, K x 8: camera, placement, point, pixel x y, residual x y (seen less projected, px), 1 where it counts */
-  SGRT_CALIBRATION_COVARIANCE = 2 /* f64, P x P, of SGRT_CALIBRATION_PARAMETER 0 to P - 1; of sgrt_calibration_solve only */
+  SGRT_CALIBRATION_COVARIANCE = 2, /* f64, P x P, of SGRT_CALIBRATION_PARAMETER 0 to P - 1; of sgrt_calibration_solve only */
+  SGRT_CALIBRATION_PIXEL_OFFSET = 3 /* f32, H x W, mm, to be subtracted from the range; of sgrt_calibration_tof only */
 };
 /* Lends an array; it lives as long as the result. since 0.1 */
 SGRT_API sgrt_status sgrt_calibration_array(const sgrt_calibration *result, int32_t field, sgrt_view *view);
