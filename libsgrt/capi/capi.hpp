@@ -23,6 +23,7 @@
 #include "nurbs/curve.hpp"
 #include "nurbs/evaluate.hpp"
 #include "nurbs/fit.hpp"
+#include "registration/advisor.hpp"
 #include "registration/deform.hpp"
 #include "registration/icp.hpp"
 #include "registration/landmark_fit.hpp"
@@ -97,6 +98,11 @@ struct sgrt_calibration {
   std::string message, report, rig_json;  // no rig: empty
   std::vector<std::string> warnings, parameters;
   std::vector<double> corners, covariance;
+};
+
+struct sgrt_advice {
+  sgrt::Advice advice;
+  std::vector<double> forecast;  // rows of five
 };
 
 struct sgrt_coarse {

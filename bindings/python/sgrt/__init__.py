@@ -9,6 +9,7 @@ from . import errors, frames, io
 from ._core import (
     SKIN_FLAGS,
     STEREO_REASONS,
+    Advice,
     BoardDetection,
     Calibration,
     Camera,
@@ -45,6 +46,7 @@ from ._core import (
     nurbs_fit,
     rig_pixel_covariance,
     rig_point_covariance,
+    roi_advise,
     stereo_match,
     surface_distance,
     surface_fuse,
@@ -70,6 +72,7 @@ __version__ = version()
 __all__ = [
     "SKIN_FLAGS",
     "STEREO_REASONS",
+    "Advice",
     "BoardDetection",
     "Calibration",
     "Camera",
@@ -120,6 +123,7 @@ __all__ = [
     "nurbs_fit",
     "rig_pixel_covariance",
     "rig_point_covariance",
+    "roi_advise",
     "stereo_match",
     "surface_distance",
     "surface_fuse",

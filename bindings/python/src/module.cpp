@@ -15,6 +15,7 @@ PYBIND11_MODULE(_core, m) {
   register_nurbs_fit(m);
   register_volume(m);
   register_icp(m);
+  register_advice(m);
   register_coarse(m);
   register_deform(m);
   register_tracker(m);
