@@ -1350,8 +1350,26 @@ typedef struct sgrt_icp_options {
   double weak_sigma_mm;     /* verdict `weak` when one sigma of a motion exceeds it (rotations at 100 mm); default 0.5 */
   double degenerate_sigma_mm; /* SGRT_E_DEGENERATE beyond it; default 5 */
   int32_t anywhere;         /* 1: assume nothing about the start (docs/theory/coarse.md); the first guess is not used. Default 0 */
+  int32_t residual;         /* SGRT_RESIDUAL_...; default SGRT_RESIDUAL_PLANE */
+  int32_t kernel;           /* SGRT_KERNEL_...; default SGRT_KERNEL_AUTO */
   int32_t reserved;
+  double keep_share;        /* of the pairs, the nearest; the others are trimmed; default 1 */
 } sgrt_icp_options;
+
+/* The defaults are the fast search; any other choice is textbook ICP on the same prepared reference: closest points, weights with a
+ * scale that shrinks from round to round, step (docs/theory/icp.md section 3). */
+enum {
+  SGRT_RESIDUAL_PLANE = 0,            /* distance to the closest surface along its normal */
+  SGRT_RESIDUAL_POINT_SVD = 1,        /* distance to the closest point; the motion in closed form by singular vectors ... */
+  SGRT_RESIDUAL_POINT_QUATERNION = 2, /* ... by a quaternion. Both need many more iterations */
+  SGRT_RESIDUAL_SYMMETRIC = 3         /* along the mean of both normals; live needs normals */
+};
+enum {
+  SGRT_KERNEL_AUTO = 0,  /* Tukey on the way, least squares on the inliers at the end; with another residual: Tukey */
+  SGRT_KERNEL_NONE = 1,  /* least squares */
+  SGRT_KERNEL_TUKEY = 2,
+  SGRT_KERNEL_WELSCH = 3
+};
 SGRT_API sgrt_status sgrt_icp_options_init(sgrt_icp_options *options, size_t size);
 
 /* Finds the rigid motion that lays `live` on `reference`: point-to-plane ICP with robust weights, refined with Ceres'
@@ -1445,6 +1463,43 @@ SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_
  * SGRT_E_DEGENERATE        motions that the shape leaves free. since 0.1 */
 SGRT_API sgrt_status sgrt_reference_predict(sgrt_context *context, const sgrt_reference *reference,
                                             const double isocentre_mm[3], double live_sigma_mm, sgrt_icp **result);
+/* Which region to track: what each candidate promises at the isocentre for live points as dense as the reference's, ranked, and a region
+ * that promises more (docs/theory/icp.md section 6). A handle of its own because its arrays have lengths of their own. */
+typedef struct sgrt_advice sgrt_advice;
+typedef struct sgrt_advice_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double live_sigma_mm; /* along the normal; default 0.3 */
+  double limit_mm;      /* a region whose predicted error exceeds it, or leaves a motion free, is flagged; default 1 */
+  double limit_deg;     /* default 0.5 */
+  double max_share;     /* of the reference's points that the proposal may take; 0, the default: that of the largest candidate, or 0.4 */
+} sgrt_advice_options;
+SGRT_API sgrt_status sgrt_advice_options_init(sgrt_advice_options *options, size_t size);
+
+/* candidates: count of them, 0 to 1,000; NULL only for 0. options may be NULL. Free with sgrt_advice_free.
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 6 usable points. SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_roi_advise(sgrt_context *context, const sgrt_surface *reference, const double isocentre_mm[3],
+                                     const sgrt_roi *const *candidates, int64_t count, const sgrt_advice_options *options,
+                                     sgrt_advice **result);
+SGRT_API void sgrt_advice_free(sgrt_advice *result);
+typedef struct sgrt_advice_info {
+  uint32_t struct_size;
+  int32_t candidate_count;
+  int32_t best;   /* of the candidates; -1 where there is none */
+  int32_t better; /* 1: the proposal promises more than every candidate */
+} sgrt_advice_info;
+SGRT_API sgrt_status sgrt_advice_summary(const sgrt_advice *result, sgrt_advice_info *info);
+enum {
+  SGRT_ADVICE_FORECAST = 1, /* f64, (count + 1) x 5, the last row the proposal: one sigma of the length of the shift at the isocentre, mm, and
+                               of the angle, deg; share of the reference's points; score (the two over their limits, squared, added, rooted);
+                               1 where flagged */
+  SGRT_ADVICE_ORDER = 2,    /* i32, count: the candidates, the best first */
+  SGRT_ADVICE_POLYGON = 3   /* f64, V x 2: the proposal, for sgrt_roi_from_polygon */
+};
+SGRT_API sgrt_status sgrt_advice_array(const sgrt_advice *result, int32_t field, sgrt_view *view);
+/* What candidate `index` (count: the proposal) sees worst, or leaves free: "slides along LNG". NULL where there is none. since 0.1 */
+SGRT_API const char *sgrt_advice_text(const sgrt_advice *result, int32_t index);
+
 /* -------------------------------------------------------------------------------------------------------- coarse */
 
 /* Result of a registration of landmarks. */
@@ -1595,7 +1650,7 @@ typedef struct sgrt_tracker_options {
   uint32_t struct_size;
   int32_t profile;      /* SGRT_PROFILE_...; default conventional */
   int32_t gated;        /* 1: the beam is on only inside the breathing window (DIBH); default 0 */
-  int32_t reserved;
+  int32_t search;       /* 1: a patient who is lost is looked for anywhere, too (docs/theory/coarse.md); default 1 */
   double tolerance_mm;  /* 0, the default: the profile's */
   double tolerance_deg; /* 0, the default: the profile's */
   double hysteresis;    /* after a hold the beam comes on at this share of the tolerance and of the window; default 0.8 */
@@ -1603,6 +1658,7 @@ typedef struct sgrt_tracker_options {
   double max_gap_s;     /* after a longer pause no motion is predicted, and the beam comes back as from a hold; default 1 */
   double gate_low_mm;   /* the window of the breathing amplitude; default -1.5 ... */
   double gate_high_mm;  /* ... 1.5 */
+  double search_every_s; /* between two searches anywhere, each of which takes as long as hundreds of frames; default 1 */
 } sgrt_tracker_options;
 SGRT_API sgrt_status sgrt_tracker_options_init(sgrt_tracker_options *options, size_t size);
 
@@ -1652,6 +1708,8 @@ typedef struct sgrt_tracker_info {
   double inlier_share;
   double breathing_mm;       /* amplitude over the reference along the patch's mean normal; NaN without gate_roi or points */
   double breathing_sigma_mm;
+  int32_t searched;          /* 1: the patient was looked for anywhere in this frame */
+  int32_t reserved;
 } sgrt_tracker_info;
 
 /* Takes one frame. live: may be NULL where the cameras had nothing: a frame without a pose. time_s: finite, must not decrease.

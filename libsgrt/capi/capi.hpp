@@ -24,6 +24,7 @@
 #include "nurbs/curve.hpp"
 #include "nurbs/evaluate.hpp"
 #include "nurbs/fit.hpp"
+#include "registration/advisor.hpp"
 #include "registration/deform.hpp"
 #include "registration/icp.hpp"
 #include "registration/landmark_fit.hpp"
@@ -136,6 +137,11 @@ struct sgrt_calibration {
   std::vector<double> corners, covariance;
   std::vector<float> pixel_offset;  // height x width
   std::int64_t height = 0, width = 0;
+};
+
+struct sgrt_advice {
+  sgrt::Advice advice;
+  std::vector<double> forecast;  // rows of five
 };
 
 struct sgrt_coarse {

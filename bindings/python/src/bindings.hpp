@@ -240,6 +240,7 @@ void register_landmarks(py::module_& m);
 void register_volume(py::module_& m);
 void register_icp(py::module_& m);
 void register_calibration(py::module_& m);
+void register_advice(py::module_& m);
 void register_coarse(py::module_& m);
 void register_deform(py::module_& m);
 void register_tracker(py::module_& m);

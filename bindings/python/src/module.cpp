@@ -19,6 +19,7 @@ PYBIND11_MODULE(_core, m) {
   register_landmarks(m);
   register_volume(m);
   register_icp(m);
+  register_advice(m);
   register_coarse(m);
   register_deform(m);
   register_tracker(m);
