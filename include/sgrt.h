@@ -556,11 +556,13 @@ enum {
   SGRT_REASON_OUT_OF_VOLUME = 2, /* its point lies outside the working volume */
   SGRT_REASON_NO_TEXTURE = 3,    /* too dark or too flat to match to max_sigma_px */
   SGRT_REASON_SATURATED = 4,     /* clipped pixels in the window */
-  SGRT_REASON_NO_MATCH = 5,      /* no correlation above min_correlation: occluded, or lit unlike */
+  SGRT_REASON_NO_MATCH = 5,      /* no correlation above min_correlation: lit unlike, or hidden from one camera */
   SGRT_REASON_LEFT_RIGHT = 6,    /* the match back from the right image ends elsewhere */
   SGRT_REASON_AMBIGUOUS = 7,     /* an island too small to be trusted */
   SGRT_REASON_EDGE = 8,          /* the window straddles the edge of the surface, or a fold that its shape cannot follow */
-  SGRT_REASON_COUNT = 9
+  SGRT_REASON_MOVED = 9,         /* live mode: its match lies further from the prior than band_mm */
+  SGRT_REASON_OCCLUDED = 10,     /* another part of the surface stands before it in the right image */
+  SGRT_REASON_COUNT = 11
 };
 
 /* Matches one pair along its epipolar lines and triangulates (docs/theory/stereo.md).
@@ -706,6 +708,20 @@ SGRT_API sgrt_status sgrt_tof_session_create(sgrt_context *context, const sgrt_r
 SGRT_API sgrt_status sgrt_tof_session_push(sgrt_context *context, sgrt_tof_session *session, const sgrt_view *taps,
                                            double time_s, const sgrt_tof **result);
 SGRT_API void sgrt_tof_session_free(sgrt_tof_session *session);
+typedef struct sgrt_stereo_prior_options {
+  uint32_t struct_size;
+  int32_t follow;  /* 1: each result is the prior of the next push; default 0 */
+  double band_mm;  /* along the line of sight: what has moved further gets SGRT_REASON_MOVED; above 0, at most 1000; default 25 */
+} sgrt_stereo_prior_options;
+SGRT_API sgrt_status sgrt_stereo_prior_options_init(sgrt_stereo_prior_options *options, size_t size);
+/* Live mode: the pushes that follow search only near `prior` (a reference, an earlier surface, any cloud of chosen points; room
+ * axes), only where it lies in `roi`, and prefilter only what shows that. The grid is that part of the rectified left image;
+ * what of it lies beside the region is SGRT_REASON_OUT_OF_VOLUME. The prior says where to look, never what is found: a match
+ * must correlate and agree left-right as without it. prior NULL: as before. roi may be NULL: all of the prior. options may be NULL.
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 3 points of the prior lie in roi and where both cameras see. The session is as before. since 0.1 */
+SGRT_API sgrt_status sgrt_stereo_session_set_prior(sgrt_context *context, sgrt_stereo_session *session,
+                                                   const sgrt_surface *prior, const sgrt_roi *roi,
+                                                   const sgrt_stereo_prior_options *options);
 
 /* --------------------------------------------------------------------------------------------------- nurbs_curve */
 
