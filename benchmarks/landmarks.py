@@ -16,7 +16,6 @@ import time
 from typing import Any
 
 import numpy as np
-
 import sgrt
 from sgrt.twin.bodies import head
 from sgrt.twin.phantom import Blob, Phantom
@@ -113,7 +112,9 @@ class Tally:
     rows: list[tuple[str, float, float, float, float]] = dataclasses.field(default_factory=list)
     seconds: float = 0.0
 
-    def add(self, found: sgrt.Landmarks, truth: dict[str, np.ndarray], valley: dict[str, np.ndarray], seen: set[str]) -> None:
+    def add(
+        self, found: sgrt.Landmarks, truth: dict[str, np.ndarray], valley: dict[str, np.ndarray], seen: set[str]
+    ) -> None:
         for name, p, c in zip(found.names, found.positions_mm, found.covariance_mm2, strict=True):
             if not np.isfinite(p[0]) or name not in seen:
                 continue

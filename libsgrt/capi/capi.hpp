@@ -77,6 +77,8 @@ struct sgrt_tof_session {
   std::shared_ptr<sgrt::TofSensor> sensor;
   double time_s;  // of the last push
   sgrt_tof lent;
+};
+
 struct sgrt_filter_session {
   sgrt::TemporalFilter filter;
 };
