@@ -10,7 +10,7 @@ import click
 
 from .. import __version__
 from ..errors import Error
-from . import calibrate, calibrate_room, check, evaluate, fit, reference, register, stereo, track
+from . import advise, calibrate, calibrate_room, check, evaluate, fit, reference, register, stereo, track
 from ._common import Failure, exit_code, one_line
 
 
@@ -32,6 +32,7 @@ group.add_command(stereo.command)
 group.add_command(fit.command)
 group.add_command(evaluate.command)
 group.add_command(register.command)
+group.add_command(advise.command)
 group.add_command(check.command)
 group.add_command(reference.group)
 group.add_command(track.command)
