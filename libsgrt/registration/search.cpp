@@ -12,9 +12,9 @@ namespace sgrt {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr std::int64_t kSubset = 2000, kNearSubset = 1000;  // of the live points, on the way
-constexpr int kEnoughSurfels = 40;                          // a level of fewer has lost the shape
-constexpr double kNear = 10;                                // mm: a start that good needs fewer
+constexpr std::int64_t kSubset = 2000;
+constexpr int kEnoughSurfels = 40;  // a level of fewer has lost the shape
+constexpr double kNear = 10;        // mm: a start that good needs fewer
 constexpr int kRoundsPerLevel = 12;
 constexpr double kLeastScale = 0.02;  // mm: closer than this residuals are not told apart on the way
 // A step this many sigmas long does not matter; and that much may stay undecided where the steps go to and fro.
@@ -32,7 +32,7 @@ class Searcher {
 
   // Down the levels on the subset. False: too few pairs.
   bool descend(double start_error) {
-    draw_subset(work_.live, start_error < kNear ? kNearSubset : kSubset, work_.subset);
+    draw_subset(work_.live, kSubset, work_.subset);
     work_.subset_r.resize(work_.subset.x.size());
     work_.subset_w.resize(work_.subset.x.size());
     const auto top = static_cast<int>(field_.levels.size()) - 1;
@@ -118,7 +118,7 @@ class Searcher {
 
   // How many times the expected sigma the residuals scatter, by their median; at least 1 (eq. 7).
   double subset_scale() {
-    if (work_.subset.v.empty() && !work_.live.v.empty()) draw_subset(work_.live, work_.subset.count, work_.subset);
+    if (work_.subset.v.empty() && !work_.live.v.empty()) draw_subset(work_.live, kSubset, work_.subset);
     work_.subset.v_all = work_.live.v_all;
     PassOptions o = options(0, 1);
     o.r = work_.subset_r.data();
