@@ -1,6 +1,7 @@
 // Surfaces: what is accepted, and normals that follow from the way a surface is given. See core/surface.hpp.
 #include "core/surface.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -175,6 +176,73 @@ Surface moved(Surface s, const Pose& pose) {
     full << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
     full = (pose.R * full * pose.R.transpose()).eval();
     s.covariance.row(i) << full(0, 0), full(0, 1), full(0, 2), full(1, 1), full(1, 2), full(2, 2);
+  }
+  return s;
+}
+
+void set_variance_along(Surface& s, std::int64_t i, const Vec3& n, double variance) {
+  Mat3 c;
+  const auto r = s.covariance.row(i);
+  c << r[0], r[1], r[2], r[1], r[3], r[4], r[2], r[4], r[5];
+  const double old = n.dot(c * n);
+  if (!(old > 0)) return;
+  const Mat3 p = Mat3::Identity() - (1 - std::sqrt(variance / old)) * n * n.transpose();
+  c = (p * c * p.transpose()).eval();
+  s.covariance.row(i) << c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2);
+}
+
+namespace {
+
+// The rows to keep, moved to the front.
+template <class Matrix>
+void compress(Matrix& a, const std::vector<std::int64_t>& rows) {
+  if (a.rows() == 0) return;
+  for (std::size_t i = 0; i < rows.size(); ++i) a.row(static_cast<Eigen::Index>(i)) = a.row(rows[i]).eval();
+  a.conservativeResize(static_cast<Eigen::Index>(rows.size()), a.cols());
+}
+
+void drop_rows(Surface& s, const std::vector<bool>& keep) {
+  std::vector<std::int64_t> rows;
+  std::vector<std::int32_t> renamed(keep.size(), -1);
+  rows.reserve(keep.size());
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    if (!keep[i]) continue;
+    renamed[i] = static_cast<std::int32_t>(rows.size());
+    rows.push_back(static_cast<std::int64_t>(i));
+  }
+  compress(s.points, rows);
+  compress(s.normals, rows);
+  compress(s.sigma, rows);
+  compress(s.covariance, rows);
+  for (Points& mode : s.modes) compress(mode, rows);
+  Eigen::Index left = 0;
+  for (Eigen::Index f = 0; f < s.faces.rows(); ++f) {
+    Eigen::Matrix<std::int32_t, 1, 3> face;
+    for (int k = 0; k < 3; ++k) face(k) = renamed[static_cast<std::size_t>(s.faces(f, k))];
+    if (face.minCoeff() >= 0) s.faces.row(left++) = face;
+  }
+  s.faces.conservativeResize(left, 3);
+}
+
+}  // namespace
+
+Surface kept(Surface s, const std::vector<bool>& keep) {
+  if (std::find(keep.begin(), keep.end(), true) == keep.end())
+    fail(Status::kInsufficientData, "surface: no point is left");
+  if (!s.organised()) {
+    drop_rows(s, keep);
+    return s;
+  }
+  const auto absent = [](auto& a, std::size_t i) {
+    if (a.rows() > 0) a.row(static_cast<Eigen::Index>(i)).setConstant(kNaN);
+  };
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    if (keep[i]) continue;
+    absent(s.points, i);
+    absent(s.normals, i);
+    absent(s.sigma, i);
+    absent(s.covariance, i);
+    for (Points& mode : s.modes) absent(mode, i);
   }
   return s;
 }

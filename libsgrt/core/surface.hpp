@@ -51,6 +51,14 @@ Surface surface_from_height_field(
 // The surface under a rigid motion: points, normals, covariance and modes; sigma, along the normal, stays.
 Surface moved(Surface surface, const Pose& pose);
 
+// The component of point i's covariance along the unit direction n becomes `variance`; what lies across stays
+// (docs/theory/surface.md eq. 9).
+void set_variance_along(Surface& s, std::int64_t i, const Vec3& n, double variance);
+
+// The surface without the points whose flag is false: absent in a grid, dropped from a cloud, and with their faces from
+// a mesh. kInsufficientData where none is left.
+Surface kept(Surface surface, const std::vector<bool>& keep);
+
 // Area-weighted normals of the vertices; NaN for a vertex without a face.
 Points vertex_normals(const Points& points, const Faces& faces);
 

@@ -72,18 +72,6 @@ void append(Surface& a, const Surface& b) {
   a.correlation_points = std::max(a.correlation_points, b.correlation_points);
 }
 
-// The component of the covariance along n becomes `variance`; what lies across stays (eq. 9).
-void set_variance_along(Surface& s, std::int64_t i, const Vec3& n, double variance) {
-  Mat3 c;
-  const auto r = s.covariance.row(i);
-  c << r[0], r[1], r[2], r[1], r[3], r[4], r[2], r[4], r[5];
-  const double old = n.dot(c * n);
-  if (!(old > 0)) return;
-  const Mat3 p = Mat3::Identity() - (1 - std::sqrt(variance / old)) * n * n.transpose();
-  c = (p * c * p.transpose()).eval();
-  s.covariance.row(i) << c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2);
-}
-
 // The other surface at each point of `at`; nearest is -1 where it does not show the same skin.
 std::vector<FieldDistance> look_up(const Run& run, const Surface& at, const Field& field, const FuseOptions& options) {
   std::vector<FieldDistance> found(static_cast<std::size_t>(at.size()));

@@ -7,12 +7,16 @@ PYBIND11_MODULE(_core, m) {
   register_library(m);
   register_context(m);
   register_surface(m);
+  register_filter(m);
   register_roi(m);
   register_frame(m);
   register_rig(m);
   register_stereo(m);
+  register_tof(m);
   register_nurbs(m);
   register_nurbs_fit(m);
+  register_curvature(m);
+  register_landmarks(m);
   register_volume(m);
   register_icp(m);
   register_advice(m);

@@ -11,6 +11,21 @@ import click
 from .. import __version__
 from ..errors import Error
 from . import advise, calibrate, calibrate_room, check, evaluate, fit, reference, register, stereo, track
+from . import (
+    calibrate,
+    calibrate_room,
+    calibrate_tof,
+    check,
+    evaluate,
+    filter,
+    fit,
+    fuse,
+    reference,
+    register,
+    stereo,
+    tof,
+    track,
+)
 from ._common import Failure, exit_code, one_line
 
 
@@ -27,8 +42,12 @@ def group() -> None:
 
 
 calibrate.command.add_command(calibrate_room.command)
+calibrate.command.add_command(calibrate_tof.command)
 group.add_command(calibrate.command)
 group.add_command(stereo.command)
+group.add_command(tof.command)
+group.add_command(fuse.command)
+group.add_command(filter.command)
 group.add_command(fit.command)
 group.add_command(evaluate.command)
 group.add_command(register.command)
