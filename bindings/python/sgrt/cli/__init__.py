@@ -10,6 +10,7 @@ import click
 
 from .. import __version__
 from ..errors import Error
+from . import advise, calibrate, calibrate_room, check, evaluate, fit, reference, register, stereo, track
 from . import (
     calibrate,
     calibrate_room,
@@ -50,6 +51,7 @@ group.add_command(filter.command)
 group.add_command(fit.command)
 group.add_command(evaluate.command)
 group.add_command(register.command)
+group.add_command(advise.command)
 group.add_command(check.command)
 group.add_command(reference.group)
 group.add_command(track.command)

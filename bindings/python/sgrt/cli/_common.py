@@ -62,11 +62,11 @@ def common(command: Command) -> Command:
     return wrapped  # type: ignore[return-value]
 
 
-def placed(couch_words: str) -> Callable[[Command], Command]:
+def placed(couch_words: str, roi: bool = True) -> Callable[[Command], Command]:
     """The options that say where the patient should be: the reference, the isocentre, the ROI and the couch."""
 
     def add(command: Command) -> Command:
-        options = (
+        options = [
             click.option(
                 "--reference",
                 type=FILE,
@@ -83,8 +83,12 @@ def placed(couch_words: str) -> Callable[[Command], Command]:
                 metavar="X Y Z",
                 help="Where the motion is reported, mm, room frame.",
             ),
-            click.option("--roi", type=FILE, metavar="FILE", help="The part of the reference that counts, roi.json."),
-            click.option("--couch-angle", "couch_deg", type=float, default=0.0, metavar="DEG", help=couch_words),
+        ]
+        if roi:
+            words = "The part of the reference that counts, roi.json."
+            options.append(click.option("--roi", type=FILE, metavar="FILE", help=words))
+        options.append(
+            click.option("--couch-angle", "couch_deg", type=float, default=0.0, metavar="DEG", help=couch_words)
         )
         for option in reversed(options):
             command = option(command)

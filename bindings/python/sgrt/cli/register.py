@@ -38,6 +38,9 @@ ROWS = (
 )
 
 
+_DEFAULTS = {"residual": "plane", "kernel": "auto", "keep_share": 1.0}
+
+
 def _initial(word: str) -> NDArray[np.float64] | None:
     return None if word in ("identity", "none") else read_pose(word)
 
@@ -120,6 +123,27 @@ def _align(
     help="The start from landmarks on both bodies, landmarks.json; instead of --initial.",
 )
 @click.option(
+    "--residual",
+    type=click.Choice(["plane", "point_svd", "point_quaternion", "symmetric"]),
+    default="plane",
+    help="What a step makes smaller; default: plane. Anything but the defaults of these three is textbook ICP.",
+)
+@click.option(
+    "--kernel",
+    type=click.Choice(["auto", "none", "tukey", "welsch"]),
+    default="auto",
+    help="Weights of the residuals; default: auto.",
+)
+@click.option(
+    "--keep", "keep_share", type=float, default=1.0, metavar="SHARE", help="Of the pairs, the nearest; default: 1."
+)
+@click.option(
+    "--max-iterations",
+    type=int,
+    metavar="N",
+    help="Of closest points and step; to points it takes hundreds; default: 60.",
+)
+@click.option(
     "--deform",
     type=click.Choice(["none", "rigid", "similarity", "field"]),
     default="none",
@@ -151,6 +175,10 @@ def command(
     deform: str,
     map_file: Path | None,
     landmarks: tuple[Path, Path] | None,
+    residual: str,
+    kernel: str,
+    keep_share: float,
+    max_iterations: int | None,
     threads: int,
     as_json: bool,
 ) -> int:
@@ -163,6 +191,12 @@ def command(
         raise Failure("--initial none: not with --deform; register without it first and give its result as the start")
     if landmarks and initial != "identity":
         raise Failure("--landmarks and --initial: give one of them")
+    known: dict[str, Any] = {"residual": residual, "kernel": kernel, "keep_share": keep_share}
+    if deform != "none" and (known != _DEFAULTS or max_iterations is not None):
+        raise Failure("--residual, --kernel, --keep, --max-iterations: not with --deform")
+    known |= {"anywhere": initial == "none"}
+    if max_iterations is not None:
+        known["max_iterations"] = max_iterations
     ms = 0.0
     coarse = None
     try:
@@ -183,7 +217,7 @@ def command(
                     deform,
                     isocentre_mm=isocentre_mm,
                     initial_reference_from_live=start,
-                    **({"anywhere": True} if initial == "none" else {}),
+                    **({} if deform != "none" else known),
                 )
             finally:
                 ms = watch.ms()
@@ -192,8 +226,8 @@ def command(
             found = error.result if isinstance(error.result, Icp | Deform) else None
             if isinstance(error.result, Coarse):
                 coarse = error.result
-            known = {"status": error.word, "isocentre_mm": isocentre_mm, "timing_ms": ms}
-            print_json(registration_document(found, coarse=coarse, **known))
+            rest = {"status": error.word, "isocentre_mm": isocentre_mm, "timing_ms": ms}
+            print_json(registration_document(found, coarse=coarse, **rest))
         raise
     if map_file is not None and isinstance(result, Deform):
         _write_map(map_file, surfaces[1], result)
