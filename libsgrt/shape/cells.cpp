@@ -193,7 +193,8 @@ Surface thinned(const Cells& fine, std::vector<double>* weight) {
 }  // namespace
 
 Pyramid make_pyramid(const Surface& surface, double spacing) {
-  constexpr double kSide = 2, kWide = 3.5, kBox = 2;  // of a cube over the spacing; of a disc, and of a cell, over a cube
+  constexpr double kSide = 2, kWide = 3.5,
+                   kBox = 2;  // of a cube over the spacing; of a disc, and of a cell, over a cube
   Pyramid p;
   p.levels.push_back(make_cells(surface, kNodeCell * spacing));
   p.least_radius.push_back(0);
@@ -212,7 +213,8 @@ Pyramid make_pyramid(const Surface& surface, double spacing) {
     }
     Cells cubes = make_cells(all, side);
     if (cubes.size > 1.01 * side) break;  // spread too wide
-    for (std::size_t i = 0; i < cubes.row.size(); ++i) cubes.weight[i] = fine.weight[static_cast<std::size_t>(cubes.row[i])];
+    for (std::size_t i = 0; i < cubes.row.size(); ++i)
+      cubes.weight[i] = fine.weight[static_cast<std::size_t>(cubes.row[i])];
     const Surface means = thinned(cubes, &weight);
     if (means.size() < 50) break;
     Cells level = make_cells(means, kBox * side);

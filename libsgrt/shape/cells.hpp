@@ -20,7 +20,9 @@ struct Cells {
   std::int64_t duplicates = 0;
 
   std::int64_t size_of() const { return static_cast<std::int64_t>(row.size()); }
-  kernels::Sheet sheet() const { return {x.data(), y.data(), z.data(), nx.data(), ny.data(), nz.data(), weight.data()}; }
+  kernels::Sheet sheet() const {
+    return {x.data(), y.data(), z.data(), nx.data(), ny.data(), nz.data(), weight.data()};
+  }
   std::int64_t axis_cell(int axis, double value) const;  // places beyond the box count to its border
   std::int64_t cell_of(const Vec3& p) const;
 };

@@ -10,17 +10,17 @@
 namespace sgrt {
 namespace {
 
-constexpr std::size_t kAnchors = 8;      // points of the model that triples are made of
-constexpr double kLeastSide = 10;        // mm, of a triple
-constexpr double kNormalArm = 12;        // mm: how much a normal weighs against a place
-constexpr double kLikeness = 0.7;        // sigma of the logarithm of a curvedness
-constexpr double kShape = 0.4;           // sigma of a shape index
-constexpr double kFacing = 0.4;          // cosine with the mean normal, from which a place should be in view
-constexpr double kMissing = 0.6;         // weight of a place that should be in view and is not
-constexpr double kPlaceSlack = 1.5;      // of the tolerated distance over sigma, while the body is still a rigid copy
-constexpr double kPeakSlack = 0.45;      // of the scale: how far noise may move an extremum
-constexpr std::size_t kKeep = 24;        // hypotheses that are refined
-constexpr double kDifferent = 15;        // mm rms between two different answers
+constexpr std::size_t kAnchors = 8;  // points of the model that triples are made of
+constexpr double kLeastSide = 10;    // mm, of a triple
+constexpr double kNormalArm = 12;    // mm: how much a normal weighs against a place
+constexpr double kLikeness = 0.7;    // sigma of the logarithm of a curvedness
+constexpr double kShape = 0.4;       // sigma of a shape index
+constexpr double kFacing = 0.4;      // cosine with the mean normal, from which a place should be in view
+constexpr double kMissing = 0.6;     // weight of a place that should be in view and is not
+constexpr double kPlaceSlack = 1.5;  // of the tolerated distance over sigma, while the body is still a rigid copy
+constexpr double kPeakSlack = 0.45;  // of the scale: how far noise may move an extremum
+constexpr std::size_t kKeep = 24;    // hypotheses that are refined
+constexpr double kDifferent = 15;    // mm rms between two different answers
 constexpr double kLeastCosine = 0.4;
 
 int sign_of(const LandmarkPoint& p) {
@@ -89,7 +89,8 @@ class Search {
       for (std::size_t j = i + 1; j < order.size(); ++j) {
         for (std::size_t k = j + 1; k < order.size(); ++k) {
           const std::array<std::size_t, 3> t = {order[i], order[j], order[k]};
-          if (distance(t[0], t[1]) > kLeastSide && distance(t[1], t[2]) > kLeastSide && distance(t[0], t[2]) > kLeastSide)
+          if (distance(t[0], t[1]) > kLeastSide && distance(t[1], t[2]) > kLeastSide &&
+              distance(t[0], t[2]) > kLeastSide)
             out.push_back(t);
         }
       }
@@ -112,7 +113,8 @@ class Search {
           Match m;
           similarity(pairs, model_.size_range, &m.pose, &m.size);
           bool upright = true;
-          for (const Pair& p : pairs) upright = upright && (m.pose.R * p.model_normal).dot(p.live_normal) > kLeastCosine;
+          for (const Pair& p : pairs)
+            upright = upright && (m.pose.R * p.model_normal).dot(p.live_normal) > kLeastCosine;
           if (!upright) continue;
           score(m, false);
           out.push_back(std::move(m));
@@ -232,7 +234,8 @@ std::vector<Match> best_matches(const Run& run, const Scene& scene, const Landma
       },
       "landmarks: poses");
   std::vector<Match> all;
-  for (auto& list : found) all.insert(all.end(), std::make_move_iterator(list.begin()), std::make_move_iterator(list.end()));
+  for (auto& list : found)
+    all.insert(all.end(), std::make_move_iterator(list.begin()), std::make_move_iterator(list.end()));
   std::stable_sort(all.begin(), all.end(), [](const Match& a, const Match& b) { return a.score > b.score; });
   std::vector<Match> kept;
   for (Match& m : all) {

@@ -19,7 +19,7 @@ constexpr double kStraight = 0.993;  // cosine of the frame with the fit, below 
 constexpr double kOff = 0.05;        // as is one whose middle lies further from the fit, over the radius
 constexpr double kShrink = 0.7;      // of the disc at a border
 constexpr int kShrinks = 2;
-constexpr double kExact = 1e-9;      // curvature over the disc's radius that is rounding
+constexpr double kExact = 1e-9;  // curvature over the disc's radius that is rounding
 constexpr std::int64_t kBlock = 256;
 
 void check(const Surface& surface, const CurvatureOptions& o) {
@@ -97,8 +97,7 @@ void spread(const Jet& jet, const Curvature& c, double variance, double bias2_me
   f.sigma_gauss[row] = 2 * std::sqrt(std::max(0.0, H * H * hh - 2 * H * D * hd + D * D * dd));
   const double length2 = H * H + D * D;
   if (length2 > 0)
-    f.sigma_shape_index[row] =
-        2 / kPi * std::sqrt(std::max(0.0, D * D * hh - 2 * H * D * hd + H * H * dd)) / length2;
+    f.sigma_shape_index[row] = 2 / kPi * std::sqrt(std::max(0.0, D * D * hh - 2 * H * D * hd + H * H * dd)) / length2;
 }
 
 class Field {
@@ -144,8 +143,7 @@ class Field {
     const auto at = static_cast<std::size_t>(i);
     const std::int32_t row = cells.row[at];
     const Vec3 x(cells.x[at], cells.y[at], cells.z[at]), own(cells.nx[at], cells.ny[at], cells.nz[at]);
-    const Node& node =
-        scales.nodes[static_cast<std::size_t>(scales.node[static_cast<std::size_t>(cells.cell_of(x))])];
+    const Node& node = scales.nodes[static_cast<std::size_t>(scales.node[static_cast<std::size_t>(cells.cell_of(x))])];
     Vec3 normal = own, centre = x;
     double radius = o_.radius > 0 ? o_.radius : node.radius;
     if (node.found) {
@@ -161,7 +159,8 @@ class Field {
     Jet jet;
     for (int k = 0;; ++k) {
       jet = fitter.fit(centre, normal, radius);
-      const bool off = jet.fault == JetFault::kNone && (jet.normal.dot(normal) < kStraight || (jet.foot - centre).norm() > kOff * radius);
+      const bool off = jet.fault == JetFault::kNone &&
+                       (jet.normal.dot(normal) < kStraight || (jet.foot - centre).norm() > kOff * radius);
       if (off) {
         const Jet again = fitter.fit(jet.foot, jet.normal, radius);
         if (again.fault == JetFault::kNone) jet = again;
@@ -202,8 +201,8 @@ class Field {
     f_.d1.row(row) = c.d1.transpose();
     f_.d2.row(row) = c.d2.transpose();
     const double zero = kExact / radius;
-    f_.hk[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(
-        hk_class(c.mean, c.gauss, 2 * f_.sigma_mean[row] + zero, 2 * f_.sigma_gauss[row] + zero * (zero + c.curvedness)));
+    f_.hk[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(hk_class(
+        c.mean, c.gauss, 2 * f_.sigma_mean[row] + zero, 2 * f_.sigma_gauss[row] + zero * (zero + c.curvedness)));
     say(row, CurvatureReason::kNone);
   }
 

@@ -61,7 +61,8 @@ bool solve_jet(const double* u, const double* v, const double* w, const double* 
     const double a = u[i], b = v[i];
     row.template head<6>() << 1, a, b, a * a, a * b, b * b;
     row.template segment<4>(6) << a * a * a, a * a * b, a * b * b, b * b * b;
-    if constexpr (Size == 15) row.template tail<5>() << a * a * a * a, a * a * a * b, a * a * b * b, a * b * b * b, b * b * b * b;
+    if constexpr (Size == 15)
+      row.template tail<5>() << a * a * a * a, a * a * a * b, a * a * b * b, a * b * b * b, b * b * b * b;
     M.noalias() += row * row.transpose();
     g += row * w[i];
     ww += w[i] * w[i];

@@ -11,16 +11,17 @@
 namespace sgrt {
 namespace {
 
-constexpr double kScale = 6;          // mm, least of a model's own
-constexpr double kApart = 12;         // mm between two points
-constexpr double kLeastCurved = 0.02; // 1/mm: flatter places are none
-constexpr double kPatchSpacing = 2;   // mm
-constexpr double kOwnSigma = 0.02;    // mm: how well a place of the reference is known to itself
-constexpr double kNear = 6;           // mm: how far the extremum of a finer scale may lie
+constexpr double kScale = 6;           // mm, least of a model's own
+constexpr double kApart = 12;          // mm between two points
+constexpr double kLeastCurved = 0.02;  // 1/mm: flatter places are none
+constexpr double kPatchSpacing = 2;    // mm
+constexpr double kOwnSigma = 0.02;     // mm: how well a place of the reference is known to itself
+constexpr double kNear = 6;            // mm: how far the extremum of a finer scale may lie
 constexpr int kLeastPoints = 4;
 
 // Smoothed points of the skin about x, about kPatchSpacing apart.
-Points patch_about(const Run& run, const Scene& scene, const Vec3& x, const Vec3& normal, double radius, double spacing) {
+Points patch_about(const Run& run, const Scene& scene, const Vec3& x, const Vec3& normal, double radius,
+                   double spacing) {
   std::vector<Nearest::Hit> hits(4096);
   const int n = scene.nearest.neighbours(x, static_cast<int>(hits.size()), radius, hits.data());
   JetFitter fitter(run, scene.pyramid, 2);
@@ -38,7 +39,8 @@ Points patch_about(const Run& run, const Scene& scene, const Vec3& x, const Vec3
   return out;
 }
 
-// Moves a named landmark to the extremum at the finest scale that the reference's noise allows: the most bent one near it.
+// Moves a named landmark to the extremum at the finest scale that the reference's noise allows: the most bent one near
+// it.
 void sharpen(const Run& run, const Scene& fine, Landmark& l, const Vec3& normal, int sign) {
   const Candidate* best = nullptr;
   double most = 0;
@@ -80,7 +82,7 @@ LandmarkModel learn_model(const Run& run, const Surface& reference, const Landma
   model.patch_spacing = std::max(kPatchSpacing, scene.spacing);
   model.patch_sigma = scene.noise > 0 ? scene.noise * 0.5 : 0;
   if (named) {
-    Landmarks found = locate(run, reference, *named, LocateOptions{});
+    LocatedLandmarks found = locate(run, reference, *named, LocateOptions{});
     if (found.status != Status::kOk) fail(found.status, found.message);
     const Scene fine = make_scene(run, reference, std::max(2.6 * scene.spacing, 2.5), 0);
     for (std::size_t i = 0; i < found.points.size(); ++i) {

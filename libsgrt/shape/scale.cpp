@@ -9,12 +9,12 @@
 namespace sgrt {
 namespace {
 
-constexpr double kStep = 1.25;        // of the ladder
+constexpr double kStep = 1.25;                       // of the ladder
 constexpr double kFirst[5] = {0, 0, 2.2, 2.8, 3.4};  // smallest radius over the spacing, by degree
-constexpr int kRungs = 16, kApart = 2;  // the drift is taken over so many rungs
-constexpr double kWidest = 0.8;          // radius of a disc over the smallest radius of curvature
-constexpr double kCaution = 2.5;        // weight of bias against noise: a sigma should mean noise first of all
-constexpr double kCredit = 0.6;         // of the bias that is reported: part of what is found is noise
+constexpr int kRungs = 16, kApart = 2;               // the drift is taken over so many rungs
+constexpr double kWidest = 0.8;                      // radius of a disc over the smallest radius of curvature
+constexpr double kCaution = 2.5;  // weight of bias against noise: a sigma should mean noise first of all
+constexpr double kCredit = 0.6;   // of the bias that is reported: part of what is found is noise
 constexpr std::int64_t kBlock = 16;
 
 struct Rung {
@@ -55,8 +55,8 @@ void climb(JetFitter& fitter, const Vec3& x, const Vec3& start, double variance,
 
 Vec3 mean_normal(const Cells& cells, std::int64_t cell) {
   Vec3 sum = Vec3::Zero();
-  for (std::int64_t i = cells.begin[static_cast<std::size_t>(cell)]; i < cells.begin[static_cast<std::size_t>(cell) + 1];
-       ++i) {
+  for (std::int64_t i = cells.begin[static_cast<std::size_t>(cell)];
+       i < cells.begin[static_cast<std::size_t>(cell) + 1]; ++i) {
     const auto at = static_cast<std::size_t>(i);
     sum += Vec3(cells.nx[at], cells.ny[at], cells.nz[at]);
   }
@@ -115,9 +115,12 @@ class Chooser {
     rungs_.resize(cell_.size() * radii_.size());
     drifts_.resize(rungs_.size());
     const auto n = static_cast<std::int64_t>(cell_.size());
-    parallel_for(run_, n, kBlock, [&](std::int64_t a, std::int64_t b) { climb_block(a, b); }, "curvature: scales");
-    parallel_for(run_, n, 64, [&](std::int64_t a, std::int64_t b) { drift_block(a, b); }, "curvature: scales");
-    parallel_for(run_, n, 64, [&](std::int64_t a, std::int64_t b) { choose_block(a, b); }, "curvature: scales");
+    parallel_for(
+        run_, n, kBlock, [&](std::int64_t a, std::int64_t b) { climb_block(a, b); }, "curvature: scales");
+    parallel_for(
+        run_, n, 64, [&](std::int64_t a, std::int64_t b) { drift_block(a, b); }, "curvature: scales");
+    parallel_for(
+        run_, n, 64, [&](std::int64_t a, std::int64_t b) { choose_block(a, b); }, "curvature: scales");
     smooth();
     return std::move(out_);
   }

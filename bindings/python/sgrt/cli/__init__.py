@@ -10,7 +10,7 @@ import click
 
 from .. import __version__
 from ..errors import Error
-from . import calibrate, calibrate_room, check, evaluate, filter, fit, fuse, reference, register, stereo, track
+from . import calibrate, calibrate_room, check, curvature, evaluate, filter, fit, fuse, landmarks, reference, register, stereo, track
 from ._common import Failure, exit_code, one_line
 
 
@@ -33,6 +33,8 @@ group.add_command(fuse.command)
 group.add_command(filter.command)
 group.add_command(fit.command)
 group.add_command(evaluate.command)
+group.add_command(curvature.command)
+group.add_command(landmarks.command)
 group.add_command(register.command)
 group.add_command(check.command)
 group.add_command(reference.group)

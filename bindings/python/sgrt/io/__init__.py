@@ -5,7 +5,15 @@ A missing file is an OSError, a malformed one sgrt.FormatError (also a ValueErro
 """
 
 from .captures import Capture, read_captures, write_captures
-from .landmarks import LandmarkSet, landmarks_align, read_landmarks, write_landmarks
+from .landmarks import (
+    LandmarkSet,
+    landmarks_align,
+    landmarks_document,
+    read_landmark_model,
+    read_landmarks,
+    write_landmark_model,
+    write_landmarks,
+)
 from .nurbs import read_nurbs_curve, read_nurbs_surface, write_nurbs
 from .ply import read_surface, write_surface
 from .png import read_image, write_image
@@ -15,6 +23,9 @@ from .rig import read_rig, write_rig
 from .roi import read_roi, write_roi
 
 __all__ = [
+    "landmarks_document",
+    "read_landmark_model",
+    "write_landmark_model",
     "Capture",
     "LandmarkSet",
     "PoseTrack",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
@@ -280,6 +280,8 @@ def write_surface(path: PathLike, surface: Surface, *, format: Literal["binary",
     add(COVARIANCE, surface.covariance)
     for k, mode in enumerate(surface.modes if surface.modes is not None else ()):
         add(_mode_names(k), mode)
+    for name, numbers in (extra or {}).items():
+        add((name,), numbers)
     rows = np.empty(len(columns[0][1]), dtype=[(name, "<f8") for name, _ in columns])
     for name, values in columns:
         rows[name] = values
