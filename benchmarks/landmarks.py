@@ -2,10 +2,11 @@
 
     python benchmarks/landmarks.py [--shapes 20] [--poses 10]
 
-Each shape is the twin's head with every feature moved, scaled and resized by chance: another person. A view is a depth camera's
-(parallel rays, a point every `pitch` mm, noise along the ray), the head turned by up to 60 degrees about any axis. `head`: the model
-of any head. `own`: a model learnt from the person's own reference (a mesh with 0.1 mm noise), as in treatment. Truth: the extrema of the
-phantom's exact mean curvature; `again` compares with the reference's own points instead.
+Each shape is the twin's head with every feature moved, scaled and resized by chance: another person. A view is a
+depth camera's (parallel rays, a point every `pitch` mm, noise along the ray), the head turned by up to 60 degrees
+about any axis. `head`: the model of any head. `own`: a model learnt from the person's own reference (a mesh with 0.1 mm
+noise), as in treatment. Truth: the extrema of the phantom's exact mean curvature; `again` compares with the
+reference's own points instead.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ import time
 from typing import Any
 
 import numpy as np
-
 import sgrt
 from sgrt.twin.bodies import head
 from sgrt.twin.phantom import Blob, Phantom
@@ -113,7 +113,9 @@ class Tally:
     rows: list[tuple[str, float, float, float, float]] = dataclasses.field(default_factory=list)
     seconds: float = 0.0
 
-    def add(self, found: sgrt.Landmarks, truth: dict[str, np.ndarray], valley: dict[str, np.ndarray], seen: set[str]) -> None:
+    def add(
+        self, found: sgrt.Landmarks, truth: dict[str, np.ndarray], valley: dict[str, np.ndarray], seen: set[str]
+    ) -> None:
         for name, p, c in zip(found.names, found.positions_mm, found.covariance_mm2, strict=True):
             if not np.isfinite(p[0]) or name not in seen:
                 continue

@@ -61,7 +61,7 @@ void similarity(const std::vector<Pair>& pairs, double range, Pose* pose, double
 
 class Search {
  public:
-  Search(const Scene& scene, const LandmarkModel& model) : scene_(scene), model_(model) {
+  Search(const LandmarkScene& scene, const LandmarkModel& model) : scene_(scene), model_(model) {
     for (const LandmarkPoint& p : model.points) {
       sign_.push_back(sign_of(p));
       curved_.push_back(curvedness(p.k1, p.k2));
@@ -209,7 +209,7 @@ class Search {
     return {p.position, scene_.candidates[c].x, p.normal, scene_.candidates[c].n, weight};
   }
 
-  const Scene& scene_;
+  const LandmarkScene& scene_;
   const LandmarkModel& model_;
   std::vector<int> sign_;
   std::vector<double> curved_, candidate_curved_, shape_, candidate_shape_;
@@ -218,7 +218,7 @@ class Search {
 
 }  // namespace
 
-std::vector<Match> best_matches(const Run& run, const Scene& scene, const LandmarkModel& model) {
+std::vector<Match> best_matches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model) {
   const Search search(scene, model);
   const auto triples = search.triples();
   std::vector<std::vector<Match>> found(triples.size());

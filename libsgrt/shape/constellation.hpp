@@ -24,6 +24,6 @@ struct Match {
 constexpr double kMatched = 0.25;  // value of a point that counts as matched
 
 // The best matches at different poses, best first.
-std::vector<Match> best_matches(const Run& run, const Scene& scene, const LandmarkModel& model);
+std::vector<Match> best_matches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model);
 
 }  // namespace sgrt

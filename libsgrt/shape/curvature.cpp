@@ -47,7 +47,7 @@ void make_room(CurvatureField& f, const Surface& surface) {
 
 Heights heights_of(const Run& run, const Surface& surface, const Pyramid& pyramid, double spacing,
                    const CurvatureOptions& o, double* median) {
-  const Cells& cells = pyramid.levels[0];
+  const SkinCells& cells = pyramid.levels[0];
   Heights h;
   if (o.noise > 0) {
     h.common = o.noise * o.noise * surface.correlation_points;
@@ -125,7 +125,7 @@ class Field {
 
   void fill() {
     const Pyramid pyramid = make_pyramid(surface_, f_.spacing);
-    const Cells& cells = pyramid.levels[0];
+    const SkinCells& cells = pyramid.levels[0];
     f_.duplicates = cells.duplicates;
     const Heights heights = heights_of(run_, surface_, pyramid, f_.spacing, o_, &f_.noise);
     const Scales scales = choose_scales(run_, pyramid, f_.spacing, o_, heights);
@@ -139,7 +139,8 @@ class Field {
     if (cells.duplicates > 0) copy_to_duplicates(cells);
   }
 
-  void at_point(JetFitter& fitter, const Cells& cells, const Scales& scales, const Heights& heights, std::int64_t i) {
+  void at_point(JetFitter& fitter, const SkinCells& cells, const Scales& scales, const Heights& heights,
+                std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     const std::int32_t row = cells.row[at];
     const Vec3 x(cells.x[at], cells.y[at], cells.z[at]), own(cells.nx[at], cells.ny[at], cells.nz[at]);
@@ -207,7 +208,7 @@ class Field {
   }
 
   // Second points at a place get what the first one has.
-  void copy_to_duplicates(const Cells& cells) {
+  void copy_to_duplicates(const SkinCells& cells) {
     std::vector<std::uint8_t> kept(static_cast<std::size_t>(surface_.size()), 0);
     for (const std::int32_t row : cells.row) kept[static_cast<std::size_t>(row)] = 1;
     for (std::int64_t i = 0; i < surface_.size(); ++i) {

@@ -1,4 +1,4 @@
-// Scene, match, refinement, verdict. docs/theory/landmarks.md.
+// LandmarkScene, match, refinement, verdict. docs/theory/landmarks.md.
 #include "shape/locate.hpp"
 
 #include <algorithm>
@@ -43,7 +43,8 @@ bool alike(const LandmarkModel& model, const Pose& a, const Pose& b) {
 
 // The place of a landmark of all patients: where the others let expect it, moved to the extremum of its kind, each by
 // its covariance (eq. 5).
-Landmark place_of(const Run& run, const Scene& scene, const LandmarkModel& model, const Match& match, std::size_t i) {
+Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkModel& model, const Match& match,
+                  std::size_t i) {
   const LandmarkPoint& p = model.points[i];
   Landmark out;
   const Vec3 normal = match.pose.R * p.normal;
@@ -99,8 +100,8 @@ void note(const std::vector<Match>& matches, std::size_t i, LocatedLandmarks& ou
   out.live_from_model = matches[i].pose;
 }
 
-void by_constellation(const Run& run, const Scene& scene, const LandmarkModel& model, const std::vector<Match>& matches,
-                      const LocateOptions& options, LocatedLandmarks& out) {
+void by_constellation(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                      const std::vector<Match>& matches, const LocateOptions& options, LocatedLandmarks& out) {
   if (!matches.empty()) note(matches, 0, out);
   if (matches.empty() || out.score < options.min_score || out.matched < options.min_points) {
     not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
@@ -120,8 +121,8 @@ void by_constellation(const Run& run, const Scene& scene, const LandmarkModel& m
 }
 
 // A patient's own skin tells the right match: where the patches lie on it.
-void by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const std::vector<Match>& matches,
-                LocatedLandmarks& out) {
+void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                const std::vector<Match>& matches, LocatedLandmarks& out) {
   double best = 0, second = 0;
   std::size_t chosen = 0;
   Pose pose;
@@ -162,7 +163,7 @@ LocatedLandmarks locate(const Run& run, const Surface& live, const LandmarkModel
   LocatedLandmarks out;
   for (const LandmarkPoint& p : model.points) out.names.push_back(p.name);
   out.points.resize(model.points.size());
-  const Scene scene = make_scene(run, live, model.scale, options.noise);
+  const LandmarkScene scene = make_landmark_scene(run, live, model.scale, options.noise);
   out.scale = scene.scale;
   out.noise = scene.noise;
   out.candidates = static_cast<int>(scene.candidates.size());

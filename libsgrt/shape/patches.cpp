@@ -43,7 +43,7 @@ double reach_of(const LandmarkModel& model) {
   return count > 0 ? sum / count : 1;
 }
 
-std::vector<Contact> contacts(const Run& run, const Scene& scene, const LandmarkModel& model,
+std::vector<Contact> contacts(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                               const std::vector<Sample>& samples, const Pose& pose) {
   std::vector<Contact> out(samples.size());
   const double radius = std::max(2.6 * scene.spacing, 3.0);
@@ -127,8 +127,8 @@ System system_of(const std::vector<Contact>& contacts, const Vec3& pivot) {
 
 }  // namespace
 
-PatchFit fit_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
-                     std::size_t stride) {
+PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                     const Pose& live_from_model, std::size_t stride) {
   PatchFit out{live_from_model, 0};
   const std::vector<Sample> samples = samples_of(model, stride);
   std::vector<Contact> met;
@@ -156,7 +156,7 @@ PatchFit fit_patches(const Run& run, const Scene& scene, const LandmarkModel& mo
   return out;
 }
 
-int place_by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& pose,
+int place_by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model, const Pose& pose,
                      std::vector<Landmark>& points) {
   const std::vector<Sample> samples = samples_of(model, 1);
   const std::vector<Contact> met = contacts(run, scene, model, samples, pose);

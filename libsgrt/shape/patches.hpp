@@ -16,12 +16,12 @@ struct PatchFit {
   double share = 0;  // 0 to 1; 0 where too few lie on skin
 };
 // Improves live_from_model by every stride-th patch point.
-PatchFit fit_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
-                     std::size_t stride);
+PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                     const Pose& live_from_model, std::size_t stride);
 
 // Position, covariance and found of each landmark whose patch meets the live skin at a pose that fits. Returns how
 // many.
-int place_by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
-                     std::vector<Landmark>& points);
+int place_by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                     const Pose& live_from_model, std::vector<Landmark>& points);
 
 }  // namespace sgrt

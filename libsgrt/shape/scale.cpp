@@ -53,7 +53,7 @@ void climb(JetFitter& fitter, const Vec3& x, const Vec3& start, double variance,
   }
 }
 
-Vec3 mean_normal(const Cells& cells, std::int64_t cell) {
+Vec3 mean_normal(const SkinCells& cells, std::int64_t cell) {
   Vec3 sum = Vec3::Zero();
   for (std::int64_t i = cells.begin[static_cast<std::size_t>(cell)];
        i < cells.begin[static_cast<std::size_t>(cell) + 1]; ++i) {
@@ -66,7 +66,7 @@ Vec3 mean_normal(const Cells& cells, std::int64_t cell) {
 }
 
 // The point of the cell nearest its points' mean: away from the cell's corners, where two sheets may meet.
-std::int64_t middle_point(const Cells& cells, std::int64_t cell) {
+std::int64_t middle_point(const SkinCells& cells, std::int64_t cell) {
   const std::int64_t begin = cells.begin[static_cast<std::size_t>(cell)];
   const std::int64_t end = cells.begin[static_cast<std::size_t>(cell) + 1];
   Vec3 mean = Vec3::Zero();
@@ -242,7 +242,7 @@ class Chooser {
 
   const Run& run_;
   const Pyramid& pyramid_;
-  const Cells& cells_;
+  const SkinCells& cells_;
   const CurvatureOptions& options_;
   const Heights& heights_;
   std::vector<double> radii_;
@@ -260,7 +260,7 @@ Scales choose_scales(const Run& run, const Pyramid& pyramid, double spacing, con
 }
 
 double measured_variance(const Run& run, const Pyramid& pyramid, double spacing, int degree) {
-  const Cells& cells = pyramid.levels[0];
+  const SkinCells& cells = pyramid.levels[0];
   constexpr std::int64_t kSamples = 600;
   const std::int64_t step = std::max<std::int64_t>(1, cells.size_of() / kSamples);
   const std::int64_t n = (cells.size_of() + step - 1) / step;

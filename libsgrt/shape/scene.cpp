@@ -18,7 +18,7 @@ constexpr double kGradient = 1.25;           // sigma of H's gradient times the 
 
 }  // namespace
 
-Scene make_scene(const Run& run, const Surface& surface, double scale, double noise) {
+LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double scale, double noise) {
   Surface own;
   const Surface* used = &surface;
   if (noise > 0) {
@@ -29,7 +29,7 @@ Scene make_scene(const Run& run, const Surface& surface, double scale, double no
   }
   const Grain grain = grain_of(run, *used);
   if (!(grain.spacing > 0)) fail(Status::kInsufficientData, "the surface has too few points for landmarks");
-  Scene s{&surface, grain.spacing, grain.noise, scale, {}, {}, Nearest(surface.points), {}};
+  LandmarkScene s{&surface, grain.spacing, grain.noise, scale, {}, {}, Nearest(surface.points), {}};
   const double sigma = grain.noise > 0 ? grain.noise * std::sqrt(surface.correlation_points) : 0;
   s.scale =
       std::max({scale, 2.6 * grain.spacing, std::min(kWidest, std::cbrt(3.91 * sigma * grain.spacing / kWanted))});
@@ -49,7 +49,7 @@ Scene make_scene(const Run& run, const Surface& surface, double scale, double no
   return s;
 }
 
-Peak polish(const Run& run, const Scene& scene, const Vec3& x, const Vec3& normal, int sign) {
+Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, int sign) {
   Peak peak;
   const double reach = kAbout * scene.scale;
   const Vec3 e1 = normal.unitOrthogonal(), e2 = normal.cross(e1);

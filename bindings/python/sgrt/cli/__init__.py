@@ -10,7 +10,21 @@ import click
 
 from .. import __version__
 from ..errors import Error
-from . import calibrate, calibrate_room, check, curvature, evaluate, filter, fit, fuse, landmarks, reference, register, stereo, track
+from . import (
+    calibrate,
+    calibrate_room,
+    check,
+    curvature,
+    evaluate,
+    filter,
+    fit,
+    fuse,
+    landmarks,
+    reference,
+    register,
+    stereo,
+    track,
+)
 from ._common import Failure, exit_code, one_line
 
 

@@ -46,7 +46,9 @@ def _describe(found: Curvature) -> dict[str, Any]:
 @click.argument("surface_file", type=FILE, metavar="SURFACE.ply")
 @click.option("--out", type=FILE, required=True, metavar="FILE", help="The surface with its curvature, PLY.")
 @click.option("--degree", type=click.IntRange(2, 4), default=2, show_default=True, help="Of the local fit.")
-@click.option("--radius", "radius_mm", type=float, default=0.0, metavar="MM", help="Of the neighbourhood; default: chosen.")
+@click.option(
+    "--radius", "radius_mm", type=float, default=0.0, metavar="MM", help="Of a neighbourhood; default: chosen."
+)
 @click.option("--noise", "noise_mm", type=float, default=0.0, metavar="MM", help="Default: the surface's, or measured.")
 @outward_option
 @common
@@ -60,10 +62,11 @@ def command(
     threads: int,
     as_json: bool,
 ) -> int:
-    """Writes the surface with k1 k2 mean gauss shape_index curvedness, their sigma_..., radius_mm, hk, reason and crest.
+    """Writes the surface with k1 k2 mean gauss shape_index curvedness, their sigma_..., radius_mm, hk, reason, crest.
 
-    1/mm (gauss 1/mm2), normal outward, convex positive; NaN where not known, `reason` then says why: 1 absent, 2 no normal, 3 too few
-    neighbours, 4 border or hole, 5 normals disagree, 6 not a sheet, 7 too noisy. crest: 1 ridge, 2 valley.
+    1/mm (gauss 1/mm2), normal outward, convex positive; NaN where not known, `reason` then says why: 1 absent,
+    2 no normal, 3 too few neighbours, 4 border or hole, 5 normals disagree, 6 not a sheet, 7 too noisy. crest: 1 ridge,
+    2 valley.
     """
     watch = Stopwatch()
     check_out(out)
@@ -71,9 +74,7 @@ def command(
     try:
         with working(threads) as context, about(surface_file):
             surface, normals = outward(surface, surface_file, viewpoint_mm, context)
-            found = surface_curvature(
-                surface, degree=degree, radius_mm=radius_mm, noise_mm=noise_mm, context=context
-            )
+            found = surface_curvature(surface, degree=degree, radius_mm=radius_mm, noise_mm=noise_mm, context=context)
             crest = curvature_features(surface, found, context=context)["crest"]
     except Error as error:
         if as_json and 10 <= error.status < 20:
@@ -89,7 +90,7 @@ def command(
         without = {word: n for word, n in found.counts.items() if n and word != "known"}
         rest = ", ".join(f"{n} {word.replace('_', ' ')}" for word, n in without.items())
         print(
-            f"{out}: {found.known_count} points with curvature{'; ' + rest if rest else ''}; noise {found.noise_mm:.3g} mm,"
-            f" radius {low:.1f} to {high:.1f} mm, median {middle:.1f}"
+            f"{out}: {found.known_count} points with curvature{'; ' + rest if rest else ''};"
+            f" noise {found.noise_mm:.3g} mm, radius {low:.1f} to {high:.1f} mm, median {middle:.1f}"
         )
     return 0

@@ -56,13 +56,13 @@ def _print(found: Landmarks) -> None:
     default="head",
     show_default=True,
     metavar="head|any|FILE",
-    help="What is looked for: the landmarks of any head; with --reference, its most distinctive points; a model's file.",
+    help="What is looked for: the landmarks of any head; any: the most distinctive points of --reference; a model's file.",
 )
 @click.option(
     "--reference",
     type=FILE,
     metavar="FILE",
-    help="The patient's own reference, PLY: the model is first found on it, then its own skin is looked for, which is far surer.",
+    help="The patient's own reference, PLY: the model is found on it first, then its skin on the surface: far surer.",
 )
 @click.option("--save-model", type=FILE, metavar="FILE", help="Write the model that was used.")
 @click.option("--out", type=FILE, metavar="FILE", help="Write the landmarks, landmarks.json.")

@@ -23,15 +23,14 @@ from .rig import read_rig, write_rig
 from .roi import read_roi, write_roi
 
 __all__ = [
-    "landmarks_document",
-    "read_landmark_model",
-    "write_landmark_model",
     "Capture",
     "LandmarkSet",
     "PoseTrack",
     "landmarks_align",
+    "landmarks_document",
     "read_captures",
     "read_image",
+    "read_landmark_model",
     "read_landmarks",
     "read_nurbs_curve",
     "read_nurbs_surface",
@@ -43,6 +42,7 @@ __all__ = [
     "registration_document",
     "write_captures",
     "write_image",
+    "write_landmark_model",
     "write_landmarks",
     "write_nurbs",
     "write_poses",

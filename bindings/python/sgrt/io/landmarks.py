@@ -142,7 +142,7 @@ def landmarks_document(found: Landmarks | None, *, status: str | None = None, **
 
 
 def read_landmark_model(path: PathLike) -> LandmarkModel:
-    """The model of a file, schema sgrt-landmark-model/1. Raises OSError, FormatError (the field is named), LimitError."""
+    """The model of a file, sgrt-landmark-model/1. Raises OSError, FormatError (the field is named), LimitError."""
     text = read_text(path)
     with naming(path):
         return LandmarkModel.from_json(text)

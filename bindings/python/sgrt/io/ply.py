@@ -262,10 +262,17 @@ def read_surface(path: PathLike) -> Surface:
         return _surface(path)
 
 
-def write_surface(path: PathLike, surface: Surface, *, format: Literal["binary", "ascii"] = "binary") -> None:
+def write_surface(
+    path: PathLike,
+    surface: Surface,
+    *,
+    format: Literal["binary", "ascii"] = "binary",
+    extra: Mapping[str, NDArray[Any]] | None = None,
+) -> None:
     """Writes all that a surface holds, float64: points, normals, sigma_mm, covariance, faces, modes and the grid.
 
-    The modes are the properties mode0_x, mode0_y, mode0_z, mode1_x ..., their names a comment.
+    The modes are the properties mode0_x, mode0_y, mode0_z, mode1_x ..., their names a comment. extra: further
+    properties of the points, a name and a number a point each.
     """
     columns: list[tuple[str, NDArray[np.float64]]] = []
 
