@@ -15,6 +15,7 @@ constexpr double kLeastSide = 10;    // mm, of a triple
 constexpr double kNormalArm = 12;    // mm: how much a normal weighs against a place
 constexpr double kLikeness = 0.7;    // sigma of the logarithm of a curvedness
 constexpr double kShape = 0.4;       // sigma of a shape index
+constexpr double kAlone = 0.5;       // persistence over H, of a candidate that counts in full
 constexpr double kFacing = 0.4;      // cosine with the mean normal, from which a place should be in view
 constexpr double kMissing = 0.6;     // weight of a place that should be in view and is not
 constexpr double kPlaceSlack = 1.5;  // of the tolerated distance over sigma, while the body is still a rigid copy
@@ -70,6 +71,8 @@ class Search {
     for (const Candidate& c : scene.candidates) {
       candidate_curved_.push_back(curvedness(c.k1, c.k2));
       candidate_shape_.push_back(shape_of(c.k1, c.k2));
+      // A bump on a flank is less of a landmark than one that stands alone.
+      stands_out_.push_back(std::sqrt(std::min(1.0, c.persistence / (kAlone * std::abs(c.mean)))));
     }
     facing_ = Vec3::Zero();
     for (std::int64_t i = 0; i < scene.surface->size(); ++i) {
@@ -157,7 +160,7 @@ class Search {
         if (k.sign != sign_[i] || d2 > 9 * s2 || k.n.dot(normal) < kLeastCosine) continue;
         const double like = std::log(candidate_curved_[c] / curved_[i]) / kLikeness;
         const double shape = (candidate_shape_[c] - shape_[i]) / kShape;
-        const double value = std::exp(-0.5 * d2 / s2 - 0.25 * like * like - 0.25 * shape * shape);
+        const double value = stands_out_[c] * std::exp(-0.5 * d2 / s2 - 0.25 * like * like - 0.25 * shape * shape);
         if (value > m.value[i]) m.value[i] = value, m.candidate[i] = static_cast<int>(c);
       }
       if (seen) {
@@ -212,7 +215,7 @@ class Search {
   const LandmarkScene& scene_;
   const LandmarkModel& model_;
   std::vector<int> sign_;
-  std::vector<double> curved_, candidate_curved_, shape_, candidate_shape_;
+  std::vector<double> curved_, candidate_curved_, shape_, candidate_shape_, stands_out_;
   Vec3 facing_;  // mean normal: towards the sensor; short on a closed body
 };
 

@@ -19,7 +19,8 @@ constexpr double kStraight = 0.993;  // cosine of the frame with the fit, below 
 constexpr double kOff = 0.05;        // as is one whose middle lies further from the fit, over the radius
 constexpr double kShrink = 0.7;      // of the disc at a border
 constexpr int kShrinks = 2;
-constexpr double kExact = 1e-9;  // curvature over the disc's radius that is rounding
+constexpr std::int64_t kAgainst = 4;  // one neighbour in so many has the opposite normal: they disagree
+constexpr double kExact = 1e-9;       // curvature over the disc's radius that is rounding
 constexpr std::int64_t kBlock = 256;
 
 void check(const Surface& surface, const CurvatureOptions& o) {
@@ -170,14 +171,15 @@ class Field {
       radius *= kShrink;
     }
     f_.radius[row] = radius;
-    std::int64_t all = 0, against = 0;
-    if (jet.fault != JetFault::kNone) {
+    if (jet.fault != JetFault::kNone || node.mixed) {
+      std::int64_t all = 0, against = 0;
       fitter.look(x, own, radius, &all, &against);
-      say(row, against > 0 && 4 * against >= all ? CurvatureReason::kDisagree
-               : jet.fault == JetFault::kTooFew  ? CurvatureReason::kTooFew
-               : jet.fault == JetFault::kBorder  ? CurvatureReason::kBorder
-                                                 : CurvatureReason::kNotASheet);
-      return;
+      if (against > 0 && kAgainst * against >= all) return say(row, CurvatureReason::kDisagree);
+    }
+    if (jet.fault != JetFault::kNone) {
+      return say(row, jet.fault == JetFault::kTooFew   ? CurvatureReason::kTooFew
+                      : jet.fault == JetFault::kBorder ? CurvatureReason::kBorder
+                                                       : CurvatureReason::kNotASheet);
     }
     if (own.dot(jet.normal) < -0.2) return say(row, CurvatureReason::kDisagree);
     write(jet, node, heights.of(row), radius, row);

@@ -1,4 +1,4 @@
-// LandmarkScene, match, refinement, verdict. docs/theory/landmarks.md.
+// Scene, match, refinement, verdict. docs/theory/landmarks.md.
 #include "shape/locate.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAmbiguous = 0.9;    // a runner-up so near the best
-constexpr double kScaleBias = 0.08;   // of the scale: an extremum of smoothed curvature is not that of the skin's own
+constexpr double kScaleBias = 0.25;   // of the scale: an extremum of smoothed curvature is not that of the skin's own
 constexpr std::size_t kTried = 12;    // matches that are held against the reference's skin
 constexpr std::size_t kSparse = 5;    // first by every fifth of its points
 constexpr double kSkinFits = 0.5;     // share of the skin about the landmarks that must fit

@@ -134,6 +134,10 @@ class Chooser {
       const auto at = static_cast<std::size_t>(p);
       out_.nodes[k].x = Vec3(cells_.x[at], cells_.y[at], cells_.z[at]);
       out_.nodes[k].normal = mean_normal(cells_, cell_[k]);
+      std::int64_t all = 0, against = 0;
+      const Vec3 own(cells_.nx[at], cells_.ny[at], cells_.nz[at]);
+      fitter.look(out_.nodes[k].x, own, cells_.size, &all, &against);
+      out_.nodes[k].mixed = 10 * against > all;
       climb(fitter, out_.nodes[k].x, out_.nodes[k].normal, heights_.of(cells_.row[at]), radii_,
             rungs_.data() + k * radii_.size());
     }

@@ -20,6 +20,7 @@ struct Heights {
 // What holds in a cell.
 struct Node {
   bool found = false;
+  bool mixed = false;                       // normals of both signs in one sheet
   Vec3 x, foot, normal;                     // foot: on the fitted surface
   Mat3 tensor;                              // 3 x 3, tangential
   double radius = 0;                        // mm

@@ -106,7 +106,8 @@ static void test_curves(void) {
   const sgrt_view at = sgrt_view_of(u, SGRT_F64, 2, 0, 0);
   const sgrt_mut_view two = sgrt_mut_view_of(curvature, SGRT_F64, 2, 0, 0);
   int i;
-  for (i = 0; i < 24; ++i) circle[i][0] = 8 * cos(i * 0.26179938779914943), circle[i][1] = 8 * sin(i * 0.26179938779914943);
+  for (i = 0; i < 24; ++i)
+    circle[i][0] = 8 * cos(i * 0.26179938779914943), circle[i][1] = 8 * sin(i * 0.26179938779914943);
   CHECK_OK(sgrt_curvature_points(&in, 1, 3, 4, 0.01, kUp, &kappa, &tau, &spread));
   for (i = 0; i < 24; ++i) CHECK_NEAR(curvature[i], 0.125, 2e-3);
   CHECK(sigma[0] > 0);

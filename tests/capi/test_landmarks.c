@@ -3,8 +3,8 @@
 
 enum { kSide = 61, kCount = kSide * kSide };
 static double points[kSide][kSide][3], normals[kSide][kSide][3];
-static const double kBumps[6][4] = {{-30, -25, 7, 6},  {25, -30, 6, 7},  {30, 20, -7, 7},
-                                    {-20, 30, 7, 7}, {0, 0, -6, 6}, {-38, 5, -6, 7}};
+static const double kBumps[6][4] = {{-30, -25, 7, 6}, {25, -30, 6, 7}, {30, 20, -7, 7},
+                                    {-20, 30, 7, 7},  {0, 0, -6, 6},   {-38, 5, -6, 7}};
 
 static sgrt_surface* skin(double height) {
   sgrt_surface_data data;

@@ -89,9 +89,9 @@ TEST(ShapeCurvature, ConvergesWithTheSpacing) {
       CurvatureOptions o;
       o.degree = degree;
       o.radius = (degree == 4 ? 4.6 : 3.6) * spacing;
-      const double error = worst(w, surface_curvature(Run{}, w.surface, o), side, 12);
-      // On a regular grid odd terms cancel: order 2 for degrees 2 and 3, order 4 for degree 4.
-      const double order = degree == 4 ? 3.5 : 1.8;
+      const double error = worst(w, surface_curvature(sgrt::Run{}, w.surface, o), side, 12);
+      // On a regular grid odd terms cancel: order 2 for degrees 2 and 3; degree 4 has 3.
+      const double order = degree == 4 ? 3.0 : 1.8;
       if (before > 0) {
         EXPECT_LT(error, before / std::pow(2, order)) << "degree " << degree << ", spacing " << spacing;
       }
@@ -101,15 +101,16 @@ TEST(ShapeCurvature, ConvergesWithTheSpacing) {
   }
 }
 
-TEST(ShapeCurvature, SphereIsExactAtAnyRadius) {
+// A quadric with parabolas for sections would be off by r^2 / (4 R^2): 4 % at 4 mm, 16 % at 8.
+TEST(ShapeCurvature, SphereHasNoBiasAtAnyRadius) {
   const Surface s = sphere(10, 0.7);
   for (const double radius : {2.5, 5.0, 8.0}) {
     CurvatureOptions o;
     o.radius = radius;
-    const CurvatureField f = surface_curvature(Run{}, s, o);
+    const CurvatureField f = surface_curvature(sgrt::Run{}, s, o);
     EXPECT_EQ(f.known, s.size());
-    EXPECT_LT((f.mean.array() - 0.1).abs().maxCoeff(), radius < 6 ? 1e-5 : 2e-4);
-    EXPECT_LT((f.gauss.array() - 0.01).abs().maxCoeff(), 1e-4);
+    EXPECT_LT((f.mean.array() - 0.1).abs().maxCoeff(), radius < 3 ? 1e-4 : 1e-3);
+    EXPECT_LT((f.gauss.array() - 0.01).abs().maxCoeff(), 2e-4);
     EXPECT_EQ(*std::min_element(f.hk.begin(), f.hk.end()), static_cast<std::uint8_t>(HkClass::kPeak));
   }
 }
@@ -123,7 +124,7 @@ TEST(ShapeCurvature, NoiseAndItsPrediction) {
     for (int trial = 0; trial < 3; ++trial) {
       Surface s = sphere(radius, 1);
       for (std::int64_t i = 0; i < s.size(); ++i) s.points.row(i) += 0.3 * normal_draw(draw) * s.normals.row(i);
-      const CurvatureField f = surface_curvature(Run{}, s, {});
+      const CurvatureField f = surface_curvature(sgrt::Run{}, s, {});
       EXPECT_NEAR(f.noise, 0.3, 0.03);
       EXPECT_GT(f.known, 0.99 * static_cast<double>(s.size()));
       for (std::int64_t i = 0; i < s.size(); ++i) {
@@ -146,13 +147,13 @@ TEST(ShapeCurvature, SigmasAsSampled) {
   CurvatureOptions o;
   o.radius = 6;
   o.noise = 0.1;
-  const CurvatureField exact = surface_curvature(Run{}, w.surface, o);
+  const CurvatureField exact = surface_curvature(sgrt::Run{}, w.surface, o);
   const Eigen::VectorXd* truth[] = {&exact.k1, &exact.k2, &exact.mean, &exact.gauss, &exact.shape_index};
   double sum[5] = {}, predicted[5] = {};
   for (int trial = 0; trial < 8; ++trial) {
     Surface s = w.surface;
     for (std::int64_t i = 0; i < s.size(); ++i) s.points.row(i) += 0.1 * normal_draw(draw) * s.normals.row(i);
-    const CurvatureField f = surface_curvature(Run{}, s, o);
+    const CurvatureField f = surface_curvature(sgrt::Run{}, s, o);
     const Eigen::VectorXd* seen[] = {&f.k1, &f.k2, &f.mean, &f.gauss, &f.shape_index};
     const Eigen::VectorXd* sigma[] = {&f.sigma_k1, &f.sigma_k2, &f.sigma_mean, &f.sigma_gauss, &f.sigma_shape_index};
     for (int i = 8; i < side - 8; ++i) {
@@ -172,9 +173,9 @@ TEST(ShapeCurvature, SameBitsAtAnyThreadsAndIsa) {
   Draw draw(13);
   Surface s = sphere(15, 1.2);
   for (std::int64_t i = 0; i < s.size(); ++i) s.points.row(i) += 0.2 * normal_draw(draw) * s.normals.row(i);
-  const CurvatureField one = surface_curvature(Run{}, s, {});
+  const CurvatureField one = surface_curvature(sgrt::Run{}, s, {});
   ThreadPool pool(3);
-  Run run;
+  sgrt::Run run;
   run.pool = &pool;
   run.isa = detect_isa();
   const CurvatureField other = surface_curvature(run, s, {});
@@ -191,7 +192,7 @@ TEST(ShapeCurvature, ReasonsWhy) {
   for (int i = 13; i < 18; ++i)
     s.points.row(15 * side + i).setConstant(std::nan(""));  // a gap of one row: no hole to speak of
   s.normals.row(8 * side + 8).setConstant(std::nan(""));
-  const CurvatureField f = surface_curvature(Run{}, s, o);
+  const CurvatureField f = surface_curvature(sgrt::Run{}, s, o);
   const auto reason = [&](int i, int j) { return static_cast<CurvatureReason>(f.reason[i * side + j]); };
   EXPECT_EQ(reason(15, 15), CurvatureReason::kAbsent);
   EXPECT_EQ(reason(8, 8), CurvatureReason::kNoNormal);
@@ -209,20 +210,20 @@ TEST(ShapeCurvature, BadInput) {
   Surface s = w.surface;
   CurvatureOptions o;
   o.radius = 0.5;  // fewer neighbours than unknowns
-  EXPECT_EQ(surface_curvature(Run{}, s, o).count[static_cast<int>(CurvatureReason::kTooFew)], s.size());
+  EXPECT_EQ(surface_curvature(sgrt::Run{}, s, o).count[static_cast<int>(CurvatureReason::kTooFew)], s.size());
   o.radius = 1e4;  // larger than the surface: never a silent number at the border
-  EXPECT_EQ(surface_curvature(Run{}, s, o).reason[0], static_cast<std::uint8_t>(CurvatureReason::kBorder));
+  EXPECT_EQ(surface_curvature(sgrt::Run{}, s, o).known, 0);
   o.radius = 4;
   // Half the normals flipped: said where they meet, and where all neighbours are.
   for (std::int64_t i = 0; i < s.size(); i += 2) s.normals.row(i) *= -1;
-  const CurvatureField flipped = surface_curvature(Run{}, s, o);
+  const CurvatureField flipped = surface_curvature(sgrt::Run{}, s, o);
   EXPECT_GT(flipped.count[static_cast<int>(CurvatureReason::kDisagree)] +
                 flipped.count[static_cast<int>(CurvatureReason::kBorder)],
-            s.size() / 2);
+            s.size() * 9 / 10);
   s.normals.resize(0, 3);
-  expect_error(Status::kInvalidArgument, "normals", [&] { surface_curvature(Run{}, s, o); });
+  expect_error(Status::kInvalidArgument, "normals", [&] { surface_curvature(sgrt::Run{}, s, o); });
   o.degree = 5;
-  expect_error(Status::kInvalidArgument, "degree", [&] { surface_curvature(Run{}, w.surface, o); });
+  expect_error(Status::kInvalidArgument, "degree", [&] { surface_curvature(sgrt::Run{}, w.surface, o); });
 }
 
 TEST(ShapeCurvature, DuplicatesIsolatedPointsAndPlanes) {
@@ -238,7 +239,7 @@ TEST(ShapeCurvature, DuplicatesIsolatedPointsAndPlanes) {
   for (int k = 0; k < 3; ++k) s.normals.row(n + k) = s.normals.row(10 * side + 10);
   CurvatureOptions o;
   o.radius = 4;
-  const CurvatureField plain = surface_curvature(Run{}, w.surface, o), f = surface_curvature(Run{}, s, o);
+  const CurvatureField plain = surface_curvature(sgrt::Run{}, w.surface, o), f = surface_curvature(sgrt::Run{}, s, o);
   EXPECT_EQ(f.duplicates, 2);
   EXPECT_EQ(f.mean[10 * side + 10], plain.mean[10 * side + 10]);
   EXPECT_EQ(f.mean[n], f.mean[10 * side + 10]);
@@ -246,7 +247,7 @@ TEST(ShapeCurvature, DuplicatesIsolatedPointsAndPlanes) {
   Surface flat = w.surface;
   flat.points.col(2).setConstant(7);
   flat.normals.rowwise() = Eigen::RowVector3d(0, 0, 1);
-  const CurvatureField plane = surface_curvature(Run{}, flat, o);
+  const CurvatureField plane = surface_curvature(sgrt::Run{}, flat, o);
   EXPECT_NEAR(plane.mean[10 * side + 10], 0, 1e-12);
   EXPECT_TRUE(std::isnan(plane.shape_index[10 * side + 10]));
   EXPECT_EQ(plane.hk[10 * side + 10], static_cast<std::uint8_t>(HkClass::kFlat));
@@ -255,10 +256,10 @@ TEST(ShapeCurvature, DuplicatesIsolatedPointsAndPlanes) {
   for (int i = 0; i < 50; ++i) line.points(i, 0) = i;
   line.normals = Points::Zero(50, 3);
   line.normals.col(2).setOnes();
-  EXPECT_EQ(surface_curvature(Run{}, line, o).known, 0);
+  EXPECT_EQ(surface_curvature(sgrt::Run{}, line, o).known, 0);
   Surface one_place = line;
   one_place.points.setConstant(3);
-  EXPECT_EQ(surface_curvature(Run{}, one_place, {}).known, 0);
+  EXPECT_EQ(surface_curvature(sgrt::Run{}, one_place, {}).known, 0);
 }
 
 TEST(ShapeCurvature, MeshWithZeroAreaAndNonManifoldFaces) {
@@ -272,7 +273,7 @@ TEST(ShapeCurvature, MeshWithZeroAreaAndNonManifoldFaces) {
   s.faces.row(faces + 2) << 0, 1, 10 * side;  // a third face at an edge
   CurvatureOptions o;
   o.radius = 4;
-  EXPECT_NEAR(surface_curvature(Run{}, s, o).mean[10 * side + 10], w.mean[10 * side + 10], 2e-3);
+  EXPECT_NEAR(surface_curvature(sgrt::Run{}, s, o).mean[10 * side + 10], w.mean[10 * side + 10], 2e-3);
 }
 
 TEST(ShapeExtrema, PersistenceFindsTheBumpsAndNoiseMakesNone) {
@@ -287,8 +288,8 @@ TEST(ShapeExtrema, PersistenceFindsTheBumpsAndNoiseMakesNone) {
                              4 * std::exp(-((x + 12) * (x + 12) + y * y) / 50) + 0.05 * normal_draw(draw);
   }
   w.surface.normals.rowwise() = Eigen::RowVector3d(0, 0, 1);
-  const CurvatureField f = surface_curvature(Run{}, w.surface, o);
-  const auto found = extrema(Run{}, w.surface, f, 4);
+  const CurvatureField f = surface_curvature(sgrt::Run{}, w.surface, o);
+  const auto found = extrema(sgrt::Run{}, w.surface, f, 4);
   ASSERT_GE(found.size(), 2u);
   EXPECT_NE(found[0].sign, found[1].sign);
   for (int k = 0; k < 2; ++k) {
@@ -298,8 +299,8 @@ TEST(ShapeExtrema, PersistenceFindsTheBumpsAndNoiseMakesNone) {
   }
   // A plane with noise has none that stand out.
   for (std::int64_t i = 0; i < w.surface.size(); ++i) w.surface.points(i, 2) = 0.05 * normal_draw(draw);
-  const CurvatureField flat = surface_curvature(Run{}, w.surface, o);
-  EXPECT_LE(extrema(Run{}, w.surface, flat, 4).size(), 1u);
+  const CurvatureField flat = surface_curvature(sgrt::Run{}, w.surface, o);
+  EXPECT_LE(extrema(sgrt::Run{}, w.surface, flat, 4).size(), 1u);
 }
 
 TEST(ShapeExtrema, CrestsOfAWave) {
@@ -313,13 +314,19 @@ TEST(ShapeExtrema, CrestsOfAWave) {
   CurvatureOptions o;
   o.radius = 2.5;
   o.noise = 1e-3;
-  const CurvatureField f = surface_curvature(Run{}, w.surface, o);
-  const std::vector<std::uint8_t> lines = crests(Run{}, w.surface, f, 3);
+  const CurvatureField f = surface_curvature(sgrt::Run{}, w.surface, o);
+  const std::vector<std::uint8_t> lines = crests(sgrt::Run{}, w.surface, f, 3);
   int ridge = 0, valley = 0;
   for (std::int64_t i = 0; i < w.surface.size(); ++i) {
     const double phase = std::cos(w.surface.points(i, 0) / 5);
-    if (lines[static_cast<std::size_t>(i)] == 1) EXPECT_GT(phase, 0.95), ++ridge;
-    if (lines[static_cast<std::size_t>(i)] == 2) EXPECT_LT(phase, -0.95), ++valley;
+    const int line = lines[static_cast<std::size_t>(i)];
+    ridge += line == 1;
+    valley += line == 2;
+    if (line == 1) {
+      EXPECT_GT(phase, 0.95);
+    } else if (line == 2) {
+      EXPECT_LT(phase, -0.95);
+    }
   }
   EXPECT_GT(ridge, 40);
   EXPECT_GT(valley, 40);

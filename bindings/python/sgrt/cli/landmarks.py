@@ -56,7 +56,7 @@ def _print(found: Landmarks) -> None:
     default="head",
     show_default=True,
     metavar="head|any|FILE",
-    help="What is looked for: the landmarks of any head; any: the most distinctive points of --reference; a model's file.",
+    help="What is looked for: landmarks of any head; any: the most distinctive points of --reference; a model's file.",
 )
 @click.option(
     "--reference",

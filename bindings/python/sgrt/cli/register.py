@@ -129,7 +129,8 @@ def _align(
     default="identity",
     metavar="identity|none|landmarks|FILE",
     help="The start: identity; none: assume nothing about it; landmarks: the same, by the reference's most"
-    ' distinctive points, found on the live surface; or a registration result or {"reference_from_live": 4x4}. Default: identity.',
+    ' distinctive points, found on the live surface; or a registration result or {"reference_from_live": 4x4}.'
+    " Default: identity.",
 )
 @click.option(
     "--landmarks",
