@@ -97,6 +97,8 @@ void read_sights(const sgrt_calibration_data& c, CalibrationData& data) {
         {index[3 * i], index[3 * i + 1], index[3 * i + 2], Vec2(pixels[2 * i], pixels[2 * i + 1]), sigma[i]});
 }
 
+}  // namespace
+
 CalibrationData from_c(const sgrt_calibration_data* given) {
   need(given, "data");
   const sgrt_calibration_data c = read_struct(given, empty_data(), "data.struct_size");
@@ -131,6 +133,8 @@ sgrt_calibration_info empty_info(Status status) {
   info.noise_px = info.rms_px = info.rms_all_px = info.expected_rms_px = kNan;
   return info;
 }
+
+namespace {
 
 void set_corners(const Bundle& bundle, const Scene& scene, const std::vector<std::string>& ids, const Rig& rig,
                  sgrt_calibration& handle) {
@@ -318,8 +322,13 @@ sgrt_status sgrt_calibration_array(const sgrt_calibration* result, int32_t field
       case SGRT_CALIBRATION_COVARIANCE:
         *view = n > 0 ? lend(result->covariance.data(), SGRT_F64, {n, n}) : sgrt_view{};
         break;
+      case SGRT_CALIBRATION_PIXEL_OFFSET:
+        *view = result->pixel_offset.empty()
+                    ? sgrt_view{}
+                    : lend(result->pixel_offset.data(), SGRT_F32, {result->height, result->width});
+        break;
       default:
-        refuse("field", std::to_string(field), "SGRT_CALIBRATION_CORNERS (1) or SGRT_CALIBRATION_COVARIANCE (2)");
+        refuse("field", std::to_string(field), "SGRT_CALIBRATION_CORNERS (1) to SGRT_CALIBRATION_PIXEL_OFFSET (3)");
     }
   });
 }

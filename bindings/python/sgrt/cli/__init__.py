@@ -15,6 +15,8 @@ from . import (
     calibrate_room,
     check,
     curvature,
+    calibrate_tof,
+    check,
     evaluate,
     filter,
     fit,
@@ -23,6 +25,10 @@ from . import (
     reference,
     register,
     stereo,
+    reference,
+    register,
+    stereo,
+    tof,
     track,
 )
 from ._common import Failure, exit_code, one_line
@@ -41,8 +47,10 @@ def group() -> None:
 
 
 calibrate.command.add_command(calibrate_room.command)
+calibrate.command.add_command(calibrate_tof.command)
 group.add_command(calibrate.command)
 group.add_command(stereo.command)
+group.add_command(tof.command)
 group.add_command(fuse.command)
 group.add_command(filter.command)
 group.add_command(fit.command)

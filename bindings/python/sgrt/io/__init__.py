@@ -21,11 +21,13 @@ from .poses import PoseTrack, read_poses, write_poses
 from .registration import read_pose, registration_document, write_registration
 from .rig import read_rig, write_rig
 from .roi import read_roi, write_roi
+from .tof import TofFrames, read_pixel_offset, read_tof, write_pixel_offset, write_tof
 
 __all__ = [
     "Capture",
     "LandmarkSet",
     "PoseTrack",
+    "TofFrames",
     "landmarks_align",
     "landmarks_document",
     "read_captures",
@@ -34,20 +36,24 @@ __all__ = [
     "read_landmarks",
     "read_nurbs_curve",
     "read_nurbs_surface",
+    "read_pixel_offset",
     "read_pose",
     "read_poses",
     "read_rig",
     "read_roi",
     "read_surface",
+    "read_tof",
     "registration_document",
     "write_captures",
     "write_image",
     "write_landmark_model",
     "write_landmarks",
     "write_nurbs",
+    "write_pixel_offset",
     "write_poses",
     "write_registration",
     "write_rig",
     "write_roi",
     "write_surface",
+    "write_tof",
 ]
