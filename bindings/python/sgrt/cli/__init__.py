@@ -14,12 +14,18 @@ from . import advise, calibrate, calibrate_room, check, evaluate, fit, reference
 from . import (
     calibrate,
     calibrate_room,
+    check,
+    curvature,
     calibrate_tof,
     check,
     evaluate,
     filter,
     fit,
     fuse,
+    landmarks,
+    reference,
+    register,
+    stereo,
     reference,
     register,
     stereo,
@@ -50,6 +56,8 @@ group.add_command(fuse.command)
 group.add_command(filter.command)
 group.add_command(fit.command)
 group.add_command(evaluate.command)
+group.add_command(curvature.command)
+group.add_command(landmarks.command)
 group.add_command(register.command)
 group.add_command(advise.command)
 group.add_command(check.command)

@@ -159,6 +159,30 @@ def about(what: object) -> Iterator[None]:
         raise type(error)(f"{what}: {error}", result=error.result) from error
 
 
+def outward_option(command: Command) -> Command:
+    """Where normals turn to, for a surface that has none."""
+    return click.option(
+        "--viewpoint",
+        "viewpoint_mm",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 1e4),
+        metavar="X Y Z",
+        help="A surface without normals gets some, turned towards this point, mm; default: 0 0 10000, above the couch.",
+    )(command)
+
+
+def outward(
+    surface: Surface, path: Path, viewpoint_mm: tuple[float, float, float], context: Context
+) -> tuple[Surface, str]:
+    """The surface with normals, and whose they are. What is outward of a file without normals is assumed, and said."""
+    if surface.normals is not None:
+        return surface, "the surface's"
+    place = " ".join(f"{x:g}" for x in viewpoint_mm)
+    print(f"sgrt: {path}: has no normals; outward is taken to be towards {place} (--viewpoint)", file=sys.stderr)
+    return surface.estimate_normals(viewpoint_mm=viewpoint_mm, context=context), f"estimated, towards {place}"
+
+
 def check_out(path: Path) -> None:
     """Says before the work, not after it, that the result has no place."""
     if not path.parent.is_dir():

@@ -9,10 +9,10 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Coarse, Context, Deform, Icp, Roi, Surface, deform_align, icp_align
+from .._core import Coarse, Context, Deform, Icp, LandmarkModel, Roi, Surface, deform_align, icp_align, landmarks_find
 from ..errors import Error
 from ..frames import couch_turn, four_dof
-from ..io import landmarks_align, read_landmarks, read_pose, read_surface, registration_document
+from ..io import LandmarkSet, landmarks_align, read_landmarks, read_pose, read_surface, registration_document
 from ..io._files import writing
 from ._common import (
     FILE,
@@ -42,7 +42,7 @@ _DEFAULTS = {"residual": "plane", "kernel": "auto", "keep_share": 1.0}
 
 
 def _initial(word: str) -> NDArray[np.float64] | None:
-    return None if word in ("identity", "none") else read_pose(word)
+    return None if word in ("identity", "none", "landmarks") else read_pose(word)
 
 
 def _from_landmarks(files: tuple[Path, Path], couch_deg: float, context: Context, isocentre_mm: Any) -> Coarse:
@@ -52,6 +52,25 @@ def _from_landmarks(files: tuple[Path, Path], couch_deg: float, context: Context
         reference = reference.moved(couch_turn(couch_deg, isocentre_mm))
     with about(f"{files[1]} on {files[0]}"):
         return landmarks_align(reference, live, isocentre_mm=isocentre_mm, context=context)
+
+
+def _by_distinctive(
+    surfaces: tuple[Surface, Surface, Roi | None], live: Path, context: Context, isocentre_mm: Any
+) -> Coarse:
+    """The start from the reference's most distinctive points, located on the live surface."""
+    known, seen = (s if s.normals is not None else s.estimate_normals(context=context) for s in surfaces[:2])
+    model = LandmarkModel.learn(known, context=context)
+    with about(live):
+        found = landmarks_find(seen, model, context=context)
+    assert found.positions_mm is not None and found.covariance_mm2 is not None
+    there = np.isfinite(found.positions_mm[:, 0])
+    names = tuple(name for name, here in zip(found.names, there, strict=True) if here)
+    return landmarks_align(
+        LandmarkSet(tuple(model.names), model.positions_mm),
+        LandmarkSet(names, found.positions_mm[there], found.covariance_mm2[there]),
+        isocentre_mm=isocentre_mm,
+        context=context,
+    )
 
 
 def _print(result: Icp | Deform, ms: float) -> None:
@@ -111,8 +130,9 @@ def _align(
 @click.option(
     "--initial",
     default="identity",
-    metavar="identity|none|FILE",
-    help='The start: identity; none: assume nothing about it; or a registration result or {"reference_from_live": 4x4}.'
+    metavar="identity|none|landmarks|FILE",
+    help="The start: identity; none: assume nothing about it; landmarks: the same, by the reference's most"
+    ' distinctive points, found on the live surface; or a registration result or {"reference_from_live": 4x4}.'
     " Default: identity.",
 )
 @click.option(
@@ -208,6 +228,9 @@ def command(
             try:
                 if landmarks:
                     coarse = _from_landmarks(landmarks, couch_deg, context, isocentre_mm)
+                elif initial == "landmarks":
+                    coarse = _by_distinctive(surfaces, live, context, isocentre_mm)
+                if coarse is not None:
                     start = coarse.reference_from_live
                 result = _align(
                     reference,
