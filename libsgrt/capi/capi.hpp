@@ -29,8 +29,8 @@
 #include "registration/landmark_fit.hpp"
 #include "rig/rig.hpp"
 #include "stereo/stereo.hpp"
-#include "tof/tof.hpp"
 #include "surface/temporal.hpp"
+#include "tof/tof.hpp"
 #include "tracking/tracker.hpp"
 #include "volume/contours.hpp"
 
@@ -74,6 +74,8 @@ struct sgrt_tof_session {
   std::shared_ptr<sgrt::TofSensor> sensor;
   double time_s;  // of the last push
   sgrt_tof lent;
+};
+
 struct sgrt_filter_session {
   sgrt::TemporalFilter filter;
 };

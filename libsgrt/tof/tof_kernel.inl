@@ -83,9 +83,8 @@ SGRT_INLINE void phasor_row_of(const PhasorRow& r, const int taps) {
     for (int k = 0; k < taps; ++k) {
       const float* m = r.model + 3 * k;
       const Lanes seen = load8(r.taps + (long)k * r.stride + x);
-      const IntLanes good = (seen > all(r.low)) & (seen < all(r.high));  // false for NaN
-      clipped |= ~good;
-      t[k] = (Lanes)((IntLanes)seen & good);
+      clipped |= ~((seen > all(r.low)) & (seen < all(r.high)));  // NaN too
+      t[k] = seen;
       v[k] = (r.gain * greater8(t[k], all(0)) + r.floor) * share;
       B += m[0] * t[k];
       C += m[1] * t[k];

@@ -10,8 +10,21 @@ import click
 
 from .. import __version__
 from ..errors import Error
-from . import calibrate, calibrate_room, calibrate_tof, check, evaluate, fit, reference, register, stereo, tof, track
-from . import calibrate, calibrate_room, check, evaluate, filter, fit, fuse, reference, register, stereo, track
+from . import (
+    calibrate,
+    calibrate_room,
+    calibrate_tof,
+    check,
+    evaluate,
+    filter,
+    fit,
+    fuse,
+    reference,
+    register,
+    stereo,
+    tof,
+    track,
+)
 from ._common import Failure, exit_code, one_line
 
 
