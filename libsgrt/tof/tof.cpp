@@ -20,7 +20,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSpeed = 299'792'458e3, kChapterSpeed = 3e11;  // mm/s
 constexpr int kRows = 8;                                        // of a block
-constexpr double kJumpSigmas = 2.2;                             // of each of two neighbours: 3.1 of their difference
+constexpr double kJumpSigmas = 1.8;                             // of each of two neighbours: 2.5 of their difference
 
 void check(const TofOptions& o) {
   const auto refuse = [](const char* name, double value, const char* expected) {

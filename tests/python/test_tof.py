@@ -273,7 +273,7 @@ def test_the_filters_of_surfaces_serve(unit):
     session = sgrt.FilterSession()
     for i in range(6):
         frame = sgrt.tof_measure(sgrt.Rig(unit.rig_json()), "tof0", unit.capture(table(), seed=20 + i)).surface
-        steady = session.push(frame, time_s=0.05 * i)
+        steady = session.push(frame, time_s=0.05 * i).surface
     assert np.nanstd(steady.points[..., 2]) < 0.7 * before
 
 
