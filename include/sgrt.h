@@ -556,11 +556,13 @@ enum {
   SGRT_REASON_OUT_OF_VOLUME = 2, /* its point lies outside the working volume */
   SGRT_REASON_NO_TEXTURE = 3,    /* too dark or too flat to match to max_sigma_px */
   SGRT_REASON_SATURATED = 4,     /* clipped pixels in the window */
-  SGRT_REASON_NO_MATCH = 5,      /* no correlation above min_correlation: occluded, or lit unlike */
+  SGRT_REASON_NO_MATCH = 5,      /* no correlation above min_correlation: lit unlike, or hidden from one camera */
   SGRT_REASON_LEFT_RIGHT = 6,    /* the match back from the right image ends elsewhere */
   SGRT_REASON_AMBIGUOUS = 7,     /* an island too small to be trusted */
   SGRT_REASON_EDGE = 8,          /* the window straddles the edge of the surface, or a fold that its shape cannot follow */
-  SGRT_REASON_COUNT = 9
+  SGRT_REASON_MOVED = 9,         /* live mode: its match lies further from the prior than band_mm */
+  SGRT_REASON_OCCLUDED = 10,     /* another part of the surface stands before it in the right image */
+  SGRT_REASON_COUNT = 11
 };
 
 /* Matches one pair along its epipolar lines and triangulates (docs/theory/stereo.md).
@@ -706,6 +708,20 @@ SGRT_API sgrt_status sgrt_tof_session_create(sgrt_context *context, const sgrt_r
 SGRT_API sgrt_status sgrt_tof_session_push(sgrt_context *context, sgrt_tof_session *session, const sgrt_view *taps,
                                            double time_s, const sgrt_tof **result);
 SGRT_API void sgrt_tof_session_free(sgrt_tof_session *session);
+typedef struct sgrt_stereo_prior_options {
+  uint32_t struct_size;
+  int32_t follow;  /* 1: each result is the prior of the next push; default 0 */
+  double band_mm;  /* along the line of sight: what has moved further gets SGRT_REASON_MOVED; above 0, at most 1000; default 25 */
+} sgrt_stereo_prior_options;
+SGRT_API sgrt_status sgrt_stereo_prior_options_init(sgrt_stereo_prior_options *options, size_t size);
+/* Live mode: the pushes that follow search only near `prior` (a reference, an earlier surface, any cloud of chosen points; room
+ * axes), only where it lies in `roi`, and prefilter only what shows that. The grid is that part of the rectified left image;
+ * what of it lies beside the region is SGRT_REASON_OUT_OF_VOLUME. The prior says where to look, never what is found: a match
+ * must correlate and agree left-right as without it. prior NULL: as before. roi may be NULL: all of the prior. options may be NULL.
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 3 points of the prior lie in roi and where both cameras see. The session is as before. since 0.1 */
+SGRT_API sgrt_status sgrt_stereo_session_set_prior(sgrt_context *context, sgrt_stereo_session *session,
+                                                   const sgrt_surface *prior, const sgrt_roi *roi,
+                                                   const sgrt_stereo_prior_options *options);
 
 /* --------------------------------------------------------------------------------------------------- nurbs_curve */
 
@@ -1011,6 +1027,240 @@ SGRT_API sgrt_status sgrt_nurbs_fit_evaluate(sgrt_context *context, const sgrt_n
 SGRT_API sgrt_status sgrt_nurbs_fit_nearest(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *points,
                                             const sgrt_mut_view *uv);
 
+/* ----------------------------------------------------------------------------------------------------- curvature */
+
+/* Curvature, 1/mm, in one convention: the normal points outward (towards the sensor) and convex is positive, so that a sphere of
+ * radius R has k1 = k2 = H = 1/R and the tip of a nose H > 0. k1 >= k2 are the principal curvatures, H = (k1 + k2)/2 and
+ * K = k1 k2, the shape index S = 2/pi atan2(k1 + k2, k1 - k2) (+1 a cap, 0 a saddle, -1 a cup, NaN on a plane), the curvedness
+ * sqrt((k1^2 + k2^2)/2) (docs/theory/curvature.md). What is not known is NaN, with a reason. */
+
+/* The signs of H and K (fig. 10.7); zero is what does not exceed two sigma. */
+enum {
+  SGRT_HK_UNKNOWN = 0,
+  SGRT_HK_FLAT = 1,
+  SGRT_HK_PEAK = 2,          /* H > 0, K > 0: a convex cap */
+  SGRT_HK_PIT = 3,           /* H < 0, K > 0: a concave cup */
+  SGRT_HK_RIDGE = 4,         /* H > 0, K = 0 */
+  SGRT_HK_VALLEY = 5,        /* H < 0, K = 0 */
+  SGRT_HK_SADDLE_RIDGE = 6,  /* H > 0, K < 0 */
+  SGRT_HK_SADDLE_VALLEY = 7, /* H < 0, K < 0 */
+  SGRT_HK_MINIMAL = 8        /* H = 0, K < 0 */
+};
+
+/* Curvature of a curve at parameters (eq. 10.11): |c' x c''| / |c'|^3, whatever the parameter, and torsion. u: N. outside:
+ * SGRT_OUTSIDE_... plane_normal: NULL, or 3 numbers: the curvature is then signed, positive where the curve turns left as seen
+ * from the tip of the normal. curvature, torsion: f64, N, either may be NULL. Torsion is NaN where the curve is straight.
+ * SGRT_E_INVALID_ARGUMENT  a parameter outside the domain; a normal without length. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_nurbs_curve(const sgrt_nurbs_curve *curve, const sgrt_view *u, int32_t outside,
+                                                const double plane_normal[3], const sgrt_mut_view *curvature,
+                                                const sgrt_mut_view *torsion);
+
+/* The same of points sampled along a curve: N x 3, mm. closed: 1 where the last is followed by the first. A polynomial of `degree`
+ * (3 to 6) of the chord length is fitted to each point and `half_window` neighbours on each side. sigma_mm: of each coordinate,
+ * or 0; sigma_curvature tells what it does. Each output: f64, N, or NULL; NaN where points are absent (NaN), coincide or are too few.
+ * SGRT_E_INVALID_ARGUMENT   degree, half_window (fewer samples than unknowns), sigma_mm out of range
+ * SGRT_E_INSUFFICIENT_DATA  fewer than degree + 1 points. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_points(const sgrt_view *points_mm, int32_t closed, int32_t half_window, int32_t degree,
+                                           double sigma_mm, const double plane_normal[3],
+                                           const sgrt_mut_view *curvature, const sgrt_mut_view *torsion,
+                                           const sgrt_mut_view *sigma_curvature);
+
+/* What is wanted of N places; an array whose data is NULL is not. */
+typedef struct sgrt_curvature_samples {
+  uint32_t struct_size;
+  int32_t reserved;
+  sgrt_mut_view k1, k2, mean, gauss, shape_index, curvedness; /* f64, N */
+  sgrt_mut_view normals, d1, d2; /* f64, N x 3: outward normal, directions of k1 and k2; n, d1, d2 right-handed */
+  sgrt_mut_view hk;              /* u8, N: SGRT_HK_... */
+} sgrt_curvature_samples;
+/* Empties *samples and sets its struct_size. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_samples_init(sgrt_curvature_samples *samples, size_t size);
+/* Exact curvature of a NURBS surface at parameters uv: N x 2; its normal is S_u x S_v (eq. 10.12-10.17). All NaN at a pole.
+ * SGRT_E_INVALID_ARGUMENT  a parameter outside the domain; an output of another shape. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_nurbs_surface(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                                  const sgrt_view *uv, int32_t outside,
+                                                  const sgrt_curvature_samples *samples);
+
+/* Curvature at every point of a surface, with its uncertainty. Immutable. */
+typedef struct sgrt_curvature sgrt_curvature;
+
+typedef struct sgrt_curvature_options {
+  uint32_t struct_size;
+  int32_t degree;          /* of the fit to a point's neighbours, 2 to 4. Default 2 (normal sections are circles); 3 and 4 are jets */
+  double radius_mm;        /* of the neighbourhood; 0, the default: chosen at each place, where the predicted error is least */
+  double max_radius_mm;    /* of a chosen one; default 25 */
+  double noise_mm;         /* one sigma along the normal; 0, the default: the surface's sigma or covariance, or measured */
+  double max_sigma_per_mm; /* of H: above it nothing is said; default 0.1 */
+} sgrt_curvature_options;
+SGRT_API sgrt_status sgrt_curvature_options_init(sgrt_curvature_options *options, size_t size);
+
+/* Fits the shape about every point: cloud, organised grid or mesh (docs/theory/curvature.md eq. 10-18). The surface must have
+ * normals (outward is not guessed: see sgrt_surface_estimate_normals; a mesh has them). Points at one place count once.
+ * options may be NULL. *result is written for SGRT_OK only; free with sgrt_curvature_free. Uses the context's threads; the result
+ * does not depend on their number.
+ * SGRT_E_INVALID_ARGUMENT   no normals; an option out of range
+ * SGRT_E_INSUFFICIENT_DATA  not one point has curvature: the message says why
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_compute(sgrt_context *context, const sgrt_surface *surface,
+                                            const sgrt_curvature_options *options, sgrt_curvature **result);
+SGRT_API void sgrt_curvature_free(sgrt_curvature *result);
+
+/* Why a point has no curvature. */
+enum {
+  SGRT_CURVATURE_KNOWN = 0,
+  SGRT_CURVATURE_ABSENT = 1,      /* no point */
+  SGRT_CURVATURE_NO_NORMAL = 2,   /* what is outward is not known there */
+  SGRT_CURVATURE_TOO_FEW = 3,     /* fewer neighbours than unknowns, or on a line */
+  SGRT_CURVATURE_BORDER = 4,      /* neighbours on one side only: a border or a hole */
+  SGRT_CURVATURE_DISAGREE = 5,    /* neighbours have the opposite normal */
+  SGRT_CURVATURE_NOT_A_SHEET = 6, /* the neighbours are no height over any plane */
+  SGRT_CURVATURE_TOO_NOISY = 7    /* sigma of H above max_sigma_per_mm */
+};
+/* The word of a reason ("known", "border", ...); "unknown" for any other number. since 0.1 */
+SGRT_API const char *sgrt_curvature_reason_word(int32_t reason);
+
+typedef struct sgrt_curvature_info {
+  uint32_t struct_size;
+  int32_t reserved;
+  int64_t point_count, known_count, duplicate_count;
+  int64_t reason_count[8]; /* points by SGRT_CURVATURE_... */
+  int64_t height, width;   /* of the grid; 0 for a cloud or mesh */
+  double spacing_mm;       /* a point stands for the square of it */
+  double noise_mm;         /* one sigma along the normal that was used, the median; NaN where it could not be measured */
+} sgrt_curvature_info;
+SGRT_API sgrt_status sgrt_curvature_summary(const sgrt_curvature *result, sgrt_curvature_info *info);
+
+enum {
+  SGRT_CURVATURE_K1 = 1, /* f64, N or H x W, as all that follow unless said */
+  SGRT_CURVATURE_K2 = 2,
+  SGRT_CURVATURE_MEAN = 3,
+  SGRT_CURVATURE_GAUSS = 4,
+  SGRT_CURVATURE_SHAPE_INDEX = 5,
+  SGRT_CURVATURE_CURVEDNESS = 6,
+  SGRT_CURVATURE_SIGMA_K1 = 7, /* one sigma: noise, and the bias expected of the scale */
+  SGRT_CURVATURE_SIGMA_K2 = 8,
+  SGRT_CURVATURE_SIGMA_MEAN = 9,
+  SGRT_CURVATURE_SIGMA_GAUSS = 10,
+  SGRT_CURVATURE_SIGMA_SHAPE_INDEX = 11,
+  SGRT_CURVATURE_RADIUS = 12,  /* mm, of the neighbourhood */
+  SGRT_CURVATURE_NORMALS = 13, /* N x 3 or H x W x 3: of the fitted surface */
+  SGRT_CURVATURE_D1 = 14,      /* like them: direction of k1 */
+  SGRT_CURVATURE_D2 = 15,
+  SGRT_CURVATURE_HK = 16,      /* u8: SGRT_HK_... */
+  SGRT_CURVATURE_REASON = 17   /* u8: SGRT_CURVATURE_KNOWN ... */
+};
+/* Lends an array; it lives as long as the result. SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_array(const sgrt_curvature *result, int32_t field, sgrt_view *view);
+
+enum { SGRT_CREST_NONE = 0, SGRT_CREST_RIDGE = 1, SGRT_CREST_VALLEY = 2 };
+/* What stands out of the curvature of a surface (docs/theory/landmarks.md eq. 1-3). surface: the one that curvature is of. sigmas:
+ * how many of its own sigma a feature must stand out by, 0 to 100; 2 to 4 let noise make none. crest: u8, N or H x W: SGRT_CREST_...:
+ * points where k1 is greatest (ridge) or k2 least (valley) along its own direction. persistence: f64, like it, 1/mm: at a maximum of H
+ * above 0 how far H falls before a higher one is reached, at a minimum below 0 minus that, elsewhere NaN. Either may be NULL.
+ * SGRT_E_INVALID_ARGUMENT  another surface's size, an output of another shape. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_features(sgrt_context *context, const sgrt_surface *surface,
+                                             const sgrt_curvature *curvature, double sigmas, const sgrt_mut_view *crest,
+                                             const sgrt_mut_view *persistence);
+
+/* ------------------------------------------------------------------------------------------------ landmark_model */
+
+/* Named points of a body with their curvature and their places among each other, and how far both may differ: of any head, or of
+ * one patient's own reference, with the skin about each point (docs/theory/landmarks.md). Immutable. */
+typedef struct sgrt_landmark_model sgrt_landmark_model;
+
+/* Any adult head: nose_apex, ala_left, ala_right, nasion, nasolabial_left, nasolabial_right, nasofacial_left, nasofacial_right, chin,
+ * eye_inner_left, eye_inner_right (left and right are the patient's own). since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_head(sgrt_landmark_model **model);
+/* text: UTF-8 JSON of `size` bytes, schema "sgrt-landmark-model/1" (docs/formats.md).
+ * SGRT_E_FORMAT, SGRT_E_LIMIT  as sgrt_rig_from_json; fewer than 4 or more than 64 points. since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_from_json(const char *text, size_t size, sgrt_landmark_model **model);
+
+typedef struct sgrt_landmark_learn_options {
+  uint32_t struct_size;
+  int32_t count;   /* most points that are taken, where none are named; 4 to 64, default 12 */
+  double scale_mm; /* radius at which curvature is taken; 0, the default: from the surface's noise, at least 6 */
+  double patch_mm; /* radius of the skin that is kept about each point, 5 to 50; default 14 */
+} sgrt_landmark_learn_options;
+SGRT_API sgrt_status sgrt_landmark_learn_options_init(sgrt_landmark_learn_options *options, size_t size);
+/* A patient's own model from a reference surface with normals: the points of `named` that are found on it, under their names; or, where
+ * named is NULL, its most distinctive points (p01, p02 ...) of any region. Located again, such points are as sure as the skin about
+ * them. options may be NULL.
+ * SGRT_E_INVALID_ARGUMENT   no normals; an option out of range
+ * SGRT_E_NOT_FOUND          `named` is not on the surface, or fewer than 4 places stand out
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_learn(sgrt_context *context, const sgrt_surface *reference,
+                                               const sgrt_landmark_model *named,
+                                               const sgrt_landmark_learn_options *options, sgrt_landmark_model **model);
+SGRT_API void sgrt_landmark_model_free(sgrt_landmark_model *model);
+
+enum {
+  SGRT_LANDMARK_MODEL_JSON = 1, /* all numbers to the last bit */
+  SGRT_LANDMARK_MODEL_ID = 2,
+  SGRT_LANDMARK_MODEL_NAME = 3  /* of point `index` */
+};
+/* Lends a text; NULL where model is NULL, the field unknown or index out of range. since 0.1 */
+SGRT_API const char *sgrt_landmark_model_text(const sgrt_landmark_model *model, int32_t field, int32_t index);
+enum {
+  SGRT_LANDMARK_MODEL_POSITIONS = 1, /* f64, N x 3, mm, model frame (that of the reference) */
+  SGRT_LANDMARK_MODEL_NORMALS = 2,   /* f64, N x 3 */
+  SGRT_LANDMARK_MODEL_CURVATURE = 3, /* f64, N x 2: k1, k2, 1/mm */
+  SGRT_LANDMARK_MODEL_SIGMA = 4      /* f64, N, mm */
+};
+/* Lends an array; it lives as long as the model. since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_array(const sgrt_landmark_model *model, int32_t field, sgrt_view *view);
+
+/* ----------------------------------------------------------------------------------------------------- landmarks */
+
+/* Landmarks located on a surface. Immutable. */
+typedef struct sgrt_landmarks sgrt_landmarks;
+
+typedef struct sgrt_landmarks_options {
+  uint32_t struct_size;
+  int32_t min_points; /* landmarks that must match a place that stands out; 3 to 64, default 4 */
+  double min_score;   /* 0 to 1, of the whole match; default 0.5 */
+  double noise_mm;    /* one sigma along the normal; 0, the default: the surface's own, or measured */
+} sgrt_landmarks_options;
+SGRT_API sgrt_status sgrt_landmarks_options_init(sgrt_landmarks_options *options, size_t size);
+
+/* Finds a model's landmarks on a live surface with normals: any pose, part of the body, no first guess
+ * (docs/theory/landmarks.md eq. 4-11). options may be NULL. *result is written for SGRT_OK and for statuses 10-19; free with
+ * sgrt_landmarks_free. Uses the context's threads; the result does not depend on their number.
+ * SGRT_E_INVALID_ARGUMENT   no normals; an option out of range
+ * SGRT_E_INSUFFICIENT_DATA  too few points for curvature
+ * SGRT_E_NOT_FOUND          nothing on the surface is like the model, or it fits in two ways; positions are NaN
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_landmarks_find(sgrt_context *context, const sgrt_surface *surface,
+                                         const sgrt_landmark_model *model, const sgrt_landmarks_options *options,
+                                         sgrt_landmarks **result);
+SGRT_API void sgrt_landmarks_free(sgrt_landmarks *result);
+
+typedef struct sgrt_landmarks_info {
+  uint32_t struct_size;
+  sgrt_status status;
+  int32_t point_count;      /* of the model */
+  int32_t found_count;      /* with a position; the others' place is not in view */
+  int32_t matched_count;    /* of those in view, that match a place that stands out */
+  int32_t seen_count;       /* places in view */
+  int32_t candidate_count;  /* places of the surface that stand out */
+  int32_t reserved;
+  double score;             /* 0 to 1, of the whole match */
+  double runner_up_score;   /* of the best match at another pose */
+  double live_from_model[16]; /* 4 x 4, of the model first scaled by size; NaN where not found */
+  double size;              /* of the body over the model's */
+  double scale_mm;          /* radius at which curvature was taken */
+  double noise_mm;
+} sgrt_landmarks_info;
+SGRT_API sgrt_status sgrt_landmarks_summary(const sgrt_landmarks *result, sgrt_landmarks_info *info);
+
+enum {
+  SGRT_LANDMARKS_POSITIONS = 1,  /* f64, N x 3, mm; NaN where not in view */
+  SGRT_LANDMARKS_COVARIANCE = 2, /* f64, N x 3 x 3, mm2 */
+  SGRT_LANDMARKS_SCORES = 3      /* f64, N, 0 to 1: how well what is there fits the model; near 0 it lies where the others let expect it */
+};
+SGRT_API sgrt_status sgrt_landmarks_array(const sgrt_landmarks *result, int32_t field, sgrt_view *view);
+enum { SGRT_LANDMARKS_NAME = 1, /* of point `index` */ SGRT_LANDMARKS_MESSAGE = 2 /* why not found; "" where it is */ };
+SGRT_API const char *sgrt_landmarks_text(const sgrt_landmarks *result, int32_t field, int32_t index);
+
 /* -------------------------------------------------------------------------------------------------------- volume */
 
 /* A closed body with the skin round it: what a planning CT or a structure set says of the patient. Immutable. */
@@ -1116,8 +1366,26 @@ typedef struct sgrt_icp_options {
   double weak_sigma_mm;     /* verdict `weak` when one sigma of a motion exceeds it (rotations at 100 mm); default 0.5 */
   double degenerate_sigma_mm; /* SGRT_E_DEGENERATE beyond it; default 5 */
   int32_t anywhere;         /* 1: assume nothing about the start (docs/theory/coarse.md); the first guess is not used. Default 0 */
+  int32_t residual;         /* SGRT_RESIDUAL_...; default SGRT_RESIDUAL_PLANE */
+  int32_t kernel;           /* SGRT_KERNEL_...; default SGRT_KERNEL_AUTO */
   int32_t reserved;
+  double keep_share;        /* of the pairs, the nearest; the others are trimmed; default 1 */
 } sgrt_icp_options;
+
+/* The defaults are the fast search; any other choice is textbook ICP on the same prepared reference: closest points, weights with a
+ * scale that shrinks from round to round, step (docs/theory/icp.md section 3). */
+enum {
+  SGRT_RESIDUAL_PLANE = 0,            /* distance to the closest surface along its normal */
+  SGRT_RESIDUAL_POINT_SVD = 1,        /* distance to the closest point; the motion in closed form by singular vectors ... */
+  SGRT_RESIDUAL_POINT_QUATERNION = 2, /* ... by a quaternion. Both need many more iterations */
+  SGRT_RESIDUAL_SYMMETRIC = 3         /* along the mean of both normals; live needs normals */
+};
+enum {
+  SGRT_KERNEL_AUTO = 0,  /* Tukey on the way, least squares on the inliers at the end; with another residual: Tukey */
+  SGRT_KERNEL_NONE = 1,  /* least squares */
+  SGRT_KERNEL_TUKEY = 2,
+  SGRT_KERNEL_WELSCH = 3
+};
 SGRT_API sgrt_status sgrt_icp_options_init(sgrt_icp_options *options, size_t size);
 
 /* Finds the rigid motion that lays `live` on `reference`: point-to-plane ICP with robust weights, refined with Ceres'
@@ -1211,6 +1479,43 @@ SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_
  * SGRT_E_DEGENERATE        motions that the shape leaves free. since 0.1 */
 SGRT_API sgrt_status sgrt_reference_predict(sgrt_context *context, const sgrt_reference *reference,
                                             const double isocentre_mm[3], double live_sigma_mm, sgrt_icp **result);
+/* Which region to track: what each candidate promises at the isocentre for live points as dense as the reference's, ranked, and a region
+ * that promises more (docs/theory/icp.md section 6). A handle of its own because its arrays have lengths of their own. */
+typedef struct sgrt_advice sgrt_advice;
+typedef struct sgrt_advice_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double live_sigma_mm; /* along the normal; default 0.3 */
+  double limit_mm;      /* a region whose predicted error exceeds it, or leaves a motion free, is flagged; default 1 */
+  double limit_deg;     /* default 0.5 */
+  double max_share;     /* of the reference's points that the proposal may take; 0, the default: that of the largest candidate, or 0.4 */
+} sgrt_advice_options;
+SGRT_API sgrt_status sgrt_advice_options_init(sgrt_advice_options *options, size_t size);
+
+/* candidates: count of them, 0 to 1,000; NULL only for 0. options may be NULL. Free with sgrt_advice_free.
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 6 usable points. SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_roi_advise(sgrt_context *context, const sgrt_surface *reference, const double isocentre_mm[3],
+                                     const sgrt_roi *const *candidates, int64_t count, const sgrt_advice_options *options,
+                                     sgrt_advice **result);
+SGRT_API void sgrt_advice_free(sgrt_advice *result);
+typedef struct sgrt_advice_info {
+  uint32_t struct_size;
+  int32_t candidate_count;
+  int32_t best;   /* of the candidates; -1 where there is none */
+  int32_t better; /* 1: the proposal promises more than every candidate */
+} sgrt_advice_info;
+SGRT_API sgrt_status sgrt_advice_summary(const sgrt_advice *result, sgrt_advice_info *info);
+enum {
+  SGRT_ADVICE_FORECAST = 1, /* f64, (count + 1) x 5, the last row the proposal: one sigma of the length of the shift at the isocentre, mm, and
+                               of the angle, deg; share of the reference's points; score (the two over their limits, squared, added, rooted);
+                               1 where flagged */
+  SGRT_ADVICE_ORDER = 2,    /* i32, count: the candidates, the best first */
+  SGRT_ADVICE_POLYGON = 3   /* f64, V x 2: the proposal, for sgrt_roi_from_polygon */
+};
+SGRT_API sgrt_status sgrt_advice_array(const sgrt_advice *result, int32_t field, sgrt_view *view);
+/* What candidate `index` (count: the proposal) sees worst, or leaves free: "slides along LNG". NULL where there is none. since 0.1 */
+SGRT_API const char *sgrt_advice_text(const sgrt_advice *result, int32_t index);
+
 /* -------------------------------------------------------------------------------------------------------- coarse */
 
 /* Result of a registration of landmarks. */
@@ -1361,7 +1666,7 @@ typedef struct sgrt_tracker_options {
   uint32_t struct_size;
   int32_t profile;      /* SGRT_PROFILE_...; default conventional */
   int32_t gated;        /* 1: the beam is on only inside the breathing window (DIBH); default 0 */
-  int32_t reserved;
+  int32_t search;       /* 1: a patient who is lost is looked for anywhere, too (docs/theory/coarse.md); default 1 */
   double tolerance_mm;  /* 0, the default: the profile's */
   double tolerance_deg; /* 0, the default: the profile's */
   double hysteresis;    /* after a hold the beam comes on at this share of the tolerance and of the window; default 0.8 */
@@ -1369,6 +1674,7 @@ typedef struct sgrt_tracker_options {
   double max_gap_s;     /* after a longer pause no motion is predicted, and the beam comes back as from a hold; default 1 */
   double gate_low_mm;   /* the window of the breathing amplitude; default -1.5 ... */
   double gate_high_mm;  /* ... 1.5 */
+  double search_every_s; /* between two searches anywhere, each of which takes as long as hundreds of frames; default 1 */
 } sgrt_tracker_options;
 SGRT_API sgrt_status sgrt_tracker_options_init(sgrt_tracker_options *options, size_t size);
 
@@ -1418,6 +1724,8 @@ typedef struct sgrt_tracker_info {
   double inlier_share;
   double breathing_mm;       /* amplitude over the reference along the patch's mean normal; NaN without gate_roi or points */
   double breathing_sigma_mm;
+  int32_t searched;          /* 1: the patient was looked for anywhere in this frame */
+  int32_t reserved;
 } sgrt_tracker_info;
 
 /* Takes one frame. live: may be NULL where the cameras had nothing: a frame without a pose. time_s: finite, must not decrease.

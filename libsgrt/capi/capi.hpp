@@ -24,10 +24,13 @@
 #include "nurbs/curve.hpp"
 #include "nurbs/evaluate.hpp"
 #include "nurbs/fit.hpp"
+#include "registration/advisor.hpp"
 #include "registration/deform.hpp"
 #include "registration/icp.hpp"
 #include "registration/landmark_fit.hpp"
 #include "rig/rig.hpp"
+#include "shape/curvature.hpp"
+#include "shape/locate.hpp"
 #include "stereo/stereo.hpp"
 #include "surface/temporal.hpp"
 #include "tof/tof.hpp"
@@ -102,6 +105,24 @@ struct sgrt_nurbs_fit {
   sgrt::NurbsFit fit;
 };
 
+struct sgrt_curvature {
+  sgrt::CurvatureField field;
+};
+
+// The arrays that a model and a result lend, packed.
+struct sgrt_landmark_model {
+  sgrt::LandmarkModel model;
+  sgrt::Points positions, normals;
+  std::vector<double> curvature, sigma;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_landmarks {
+  sgrt::Landmarks landmarks;
+  std::vector<double> positions, covariance, scores;
+};
+
 struct sgrt_volume {
   sgrt::ClosedContours body;  // of a CT: its skin alone
 };
@@ -118,6 +139,11 @@ struct sgrt_calibration {
   std::vector<double> corners, covariance;
   std::vector<float> pixel_offset;  // height x width
   std::int64_t height = 0, width = 0;
+};
+
+struct sgrt_advice {
+  sgrt::Advice advice;
+  std::vector<double> forecast;  // rows of five
 };
 
 struct sgrt_coarse {

@@ -30,14 +30,14 @@ struct Names {
   const char *position, *ids, *covariance;
 };
 
-Landmarks landmarks_of(const sgrt_view* position, const sgrt_view* ids, const sgrt_view* covariance,
-                       const Names& names) {
+LandmarkSet landmarks_of(const sgrt_view* position, const sgrt_view* ids, const sgrt_view* covariance,
+                         const Names& names) {
   check_view(position, names.position, Kind::kReal, {kAny, 3});
   const std::int64_t n = position->shape[0];
   check_limit(n, 10'000, names.position);
   check_view(ids, names.ids, Kind::kIndex, {n});
   if (!absent(covariance)) check_view(covariance, names.covariance, Kind::kReal, {n, 3, 3});
-  Landmarks out;
+  LandmarkSet out;
   out.position.resize(n, 3);
   if (n == 0) return out;
   read_view(*position, out.position.data());
@@ -79,9 +79,9 @@ sgrt_status sgrt_coarse_align(sgrt_context* context, const sgrt_view* reference_
                               const double isocentre_mm[3], const sgrt_coarse_options* options, sgrt_coarse** result) {
   return guard([&] {
     need(result, "result");
-    const Landmarks reference = landmarks_of(reference_mm, reference_ids, reference_covariance_mm2,
-                                             {"reference_mm", "reference_ids", "reference_covariance_mm2"});
-    const Landmarks live =
+    const LandmarkSet reference = landmarks_of(reference_mm, reference_ids, reference_covariance_mm2,
+                                               {"reference_mm", "reference_ids", "reference_covariance_mm2"});
+    const LandmarkSet live =
         landmarks_of(live_mm, live_ids, live_covariance_mm2, {"live_mm", "live_ids", "live_covariance_mm2"});
     const Vec3 isocentre = place(isocentre_mm, "isocentre_mm");
     const LandmarkOptions o = from_c(read_struct(options, coarse_defaults(), "options.struct_size"));

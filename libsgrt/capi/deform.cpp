@@ -100,8 +100,7 @@ sgrt_status sgrt_deform_align(sgrt_context* context, const sgrt_surface* referen
     need(live, "live");
     need(result, "result");
     const Vec3 isocentre = place(isocentre_mm, "isocentre_mm");
-    const Pose initial =
-        initial_reference_from_live ? rigid(initial_reference_from_live, "initial_reference_from_live") : Pose{};
+    const Pose initial = start(initial_reference_from_live);
     const IcpOptions icp = from_c(read_struct(icp_options, to_c(IcpOptions{}), "icp_options.struct_size"));
     const DeformOptions o = from_c(read_struct(options, deform_defaults(), "options.struct_size"), icp);
     auto handle = std::make_unique<sgrt_deform>();

@@ -11,6 +11,11 @@ namespace sgrt {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
+// A first guess, 4 x 4; NULL: the identity.
+inline Pose start(const double* initial_reference_from_live) {
+  return initial_reference_from_live ? rigid(initial_reference_from_live, "initial_reference_from_live") : Pose{};
+}
+
 // result: with reference_from_live, displacement, correction and covariance, NaN where none was found; info: a public
 // struct with their namesakes.
 template <class Result, class Info>

@@ -44,7 +44,7 @@ int size_of(Mask mask) {
 
 class Consensus {
  public:
-  Consensus(const Landmarks& reference, const Landmarks& live, const Vec3& isocentre, std::vector<Pair> pairs)
+  Consensus(const LandmarkSet& reference, const LandmarkSet& live, const Vec3& isocentre, std::vector<Pair> pairs)
       : reference_(reference), live_(live), isocentre_(isocentre), pairs_(std::move(pairs)) {}
 
   // Every triple of pairs whose distances agree; what each leads to, once.
@@ -168,7 +168,7 @@ class Consensus {
     return true;
   }
 
-  const Landmarks &reference_, &live_;
+  const LandmarkSet &reference_, &live_;
   Vec3 isocentre_;
   std::vector<Pair> pairs_;
   std::map<Mask, Candidate> found_;
@@ -188,7 +188,7 @@ bool rivals(const Candidate& best, const Candidate& other, const Vec3& isocentre
   return d.dot(covariance.ldlt().solve(d)) > kApart2;
 }
 
-void check(const Landmarks& l, const char* name) {
+void check(const LandmarkSet& l, const char* name) {
   if (!l.position.allFinite()) fail(Status::kInvalidArgument, std::string(name) + ": a position is not finite");
   for (std::size_t k = 0; k < l.covariance.size(); ++k) {
     const Mat3& C = l.covariance[k];
@@ -201,14 +201,14 @@ void check(const Landmarks& l, const char* name) {
   }
 }
 
-Landmarks with_covariance(Landmarks l, double sigma) {
+LandmarkSet with_covariance(LandmarkSet l, double sigma) {
   if (l.covariance.empty()) {
     l.covariance.assign(static_cast<std::size_t>(l.size()), sigma * sigma * Mat3::Identity());
   }
   return l;
 }
 
-std::vector<Pair> pairs_of(const Landmarks& reference, const Landmarks& live) {
+std::vector<Pair> pairs_of(const LandmarkSet& reference, const LandmarkSet& live) {
   std::vector<Pair> out;
   for (std::int64_t i = 0; i < reference.size(); ++i) {
     for (std::int64_t j = 0; j < live.size(); ++j) {
@@ -218,7 +218,7 @@ std::vector<Pair> pairs_of(const Landmarks& reference, const Landmarks& live) {
   return out;
 }
 
-std::int64_t common_ids(const Landmarks& live, const std::vector<Pair>& pairs) {
+std::int64_t common_ids(const LandmarkSet& live, const std::vector<Pair>& pairs) {
   std::vector<std::int32_t> ids;
   ids.reserve(pairs.size());
   for (const Pair& p : pairs) ids.push_back(live.id[static_cast<std::size_t>(p.j)]);
@@ -235,7 +235,7 @@ void give_up(LandmarkFit& out, Status status, const std::string& message) {
   out.message = out.verdict_words = message;
 }
 
-LandmarkFit blank(const Landmarks& live, const Vec3& isocentre) {
+LandmarkFit blank(const LandmarkSet& live, const Vec3& isocentre) {
   LandmarkFit out;
   out.reference_from_live = {Mat3::Constant(kNan), Vec3::Constant(kNan)};
   out.isocentre = isocentre;
@@ -315,7 +315,7 @@ void judge(const Consensus& consensus, const LandmarkOptions& o, LandmarkFit& ou
 
 }  // namespace
 
-LandmarkFit fit_landmarks(const Run& run, const Landmarks& reference, const Landmarks& live, const Vec3& isocentre,
+LandmarkFit fit_landmarks(const Run& run, const LandmarkSet& reference, const LandmarkSet& live, const Vec3& isocentre,
                           const LandmarkOptions& o) {
   require(isocentre.allFinite(), "isocentre_mm is not finite");
   check(reference, "reference");
@@ -332,7 +332,7 @@ LandmarkFit fit_landmarks(const Run& run, const Landmarks& reference, const Land
             std::to_string(out.common) + " landmarks are on both sides, at least 3 are needed");
     return out;
   }
-  const Landmarks a = with_covariance(reference, o.sigma), b = with_covariance(live, o.sigma);
+  const LandmarkSet a = with_covariance(reference, o.sigma), b = with_covariance(live, o.sigma);
   Consensus consensus(a, b, isocentre, std::move(pairs));
   consensus.propose(run);
   judge(consensus, o, out);

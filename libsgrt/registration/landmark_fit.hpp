@@ -13,7 +13,7 @@
 
 namespace sgrt {
 
-struct Landmarks {
+struct LandmarkSet {
   Points position;               // mm
   std::vector<std::int32_t> id;  // one may occur more than once: candidates
   std::vector<Mat3> covariance;  // mm2; empty: LandmarkOptions.sigma of each coordinate
@@ -46,7 +46,7 @@ struct LandmarkFit {
 constexpr std::int64_t kMaxLandmarkPairs = 64;
 
 // Statuses 10-19 are returned, not thrown, so that the diagnostics are kept.
-LandmarkFit fit_landmarks(const Run& run, const Landmarks& reference, const Landmarks& live, const Vec3& isocentre,
+LandmarkFit fit_landmarks(const Run& run, const LandmarkSet& reference, const LandmarkSet& live, const Vec3& isocentre,
                           const LandmarkOptions& options);
 
 }  // namespace sgrt

@@ -66,7 +66,8 @@ ErrorTable tabulate(const Run& run, const Rectification& r, const RectifiedView&
   return t;
 }
 
-void interpolate(const ErrorTable& t, double x, double y, Eigen::ArrayXf& out) {
+template <class Numbers>
+void interpolate(const ErrorTable& t, double x, double y, Numbers& out) {
   const double u = x / kErrorCell, v = y / kErrorCell;
   const int i = std::clamp(static_cast<int>(u), 0, t.columns - 2), j = std::clamp(static_cast<int>(v), 0, t.rows - 2);
   const auto a = static_cast<float>(u - i), b = static_cast<float>(v - j);
@@ -81,17 +82,23 @@ void interpolate(const ErrorTable& t, double x, double y, Eigen::ArrayXf& out) {
 RigError make_rig_error(const Run& run, const Rig& rig, const StereoPair& pair, const Rectification& rectification) {
   RigError error;
   const SharedModes shared = shared_modes(rig);
-  const Eigen::Index n = rig.uncertainty.modes.cols();
-  if (n == 0) return error;
-  Eigen::MatrixXd V(n, n);
-  V << shared.kept, shared.rest;
+  if (rig.uncertainty.modes.cols() == 0) return error;
+  const Eigen::MatrixXd left = camera_modes(rig, rig.cameras[pair.left]);
+  const Eigen::MatrixXd right = camera_modes(rig, rig.cameras[pair.right]);
+  const Eigen::Index parameters = left.rows() + right.rows();
+  Eigen::MatrixXd rest(parameters, shared.rest.cols());
+  rest << left * shared.rest, right * shared.rest;
+  if (rest.cols() > parameters) {  // R^T = Q T: R R^T = T^T T, with no more columns than parameters
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rest.transpose());
+    rest = Eigen::MatrixXd(qr.matrixQR().topRows(parameters).triangularView<Eigen::Upper>()).transpose();
+  }
   error.names = shared.names;
-  error.modes = static_cast<int>(n);
-  const auto table = [&](int camera, const RectifiedView& view, int coordinates) {
-    return tabulate(run, rectification, view, camera_modes(rig, rig.cameras[camera]) * V, coordinates);
-  };
-  error.left = table(pair.left, rectification.left, 2);
-  error.right = table(pair.right, rectification.right, 1);
+  error.modes = static_cast<int>(shared.kept.cols() + rest.cols());
+  Eigen::MatrixXd modes(parameters, error.modes);
+  modes.topRows(left.rows()) << left * shared.kept, rest.topRows(left.rows());
+  modes.bottomRows(right.rows()) << right * shared.kept, rest.bottomRows(right.rows());
+  error.left = tabulate(run, rectification, rectification.left, modes.topRows(left.rows()), 2);
+  error.right = tabulate(run, rectification, rectification.right, modes.bottomRows(right.rows()), 1);
   return error;
 }
 

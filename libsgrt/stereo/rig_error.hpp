@@ -25,6 +25,8 @@ struct RigError {
   int modes = 0;                   // those first, then what they leave out; 0: the rig states no uncertainty
   ErrorTable left, right;
 };
+// 8 of the rig, and what the 36 parameters of two cameras can make of the others.
+constexpr int kMaxErrorModes = 44;
 RigError make_rig_error(const Run& run, const Rig& rig, const StereoPair& pair, const Rectification& rectification);
 
 // The motion of one point by each mode, mm at one sigma, room axes.
@@ -37,8 +39,9 @@ class ErrorAt {
   Mat3 rest() const;  // covariance of the modes that surfaces do not carry
 
  private:
+  using Numbers = Eigen::Array<float, Eigen::Dynamic, 1, 0, 4 * kMaxErrorModes, 1>;  // not on the heap
   const RigError* error_;
-  Eigen::ArrayXf left_, right_;
+  Numbers left_, right_;
   Mat3 by_shift_ = Mat3::Zero();  // d point / d (u left, v left, u right)
   float inverse_z_ = 0;
 };

@@ -15,8 +15,11 @@ PYBIND11_MODULE(_core, m) {
   register_tof(m);
   register_nurbs(m);
   register_nurbs_fit(m);
+  register_curvature(m);
+  register_landmarks(m);
   register_volume(m);
   register_icp(m);
+  register_advice(m);
   register_coarse(m);
   register_deform(m);
   register_tracker(m);

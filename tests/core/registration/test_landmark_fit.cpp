@@ -13,16 +13,16 @@ using namespace test;
 const Vec3 kIso(5, -10, -60);
 
 // A face: nose, its wings, eyes, chin and two on the temples.
-Landmarks face() {
-  Landmarks l;
+LandmarkSet face() {
+  LandmarkSet l;
   l.position.resize(8, 3);
   l.position << 0, 0, 25, -17, -8, 8, 17, -8, 8, -16, 38, 2, 16, 38, 2, 0, -60, 5, -65, 30, -50, 65, 32, -48;
   for (int i = 0; i < 8; ++i) l.id.push_back(10 + i);
   return l;
 }
 
-Landmarks seen(const Landmarks& l, const Pose& live_from_reference, double sigma, Draw& draw) {
-  Landmarks out = l;
+LandmarkSet seen(const LandmarkSet& l, const Pose& live_from_reference, double sigma, Draw& draw) {
+  LandmarkSet out = l;
   for (Eigen::Index i = 0; i < l.position.rows(); ++i) {
     out.position.row(i) =
         (live_from_reference * Vec3(l.position.row(i).transpose()) + sigma * gauss3(draw)).transpose();
@@ -30,7 +30,7 @@ Landmarks seen(const Landmarks& l, const Pose& live_from_reference, double sigma
   return out;
 }
 
-LandmarkFit fit(const Landmarks& reference, const Landmarks& live, const LandmarkOptions& o = {}) {
+LandmarkFit fit(const LandmarkSet& reference, const LandmarkSet& live, const LandmarkOptions& o = {}) {
   return fit_landmarks(kSilent, reference, live, kIso, o);
 }
 
@@ -53,7 +53,7 @@ TEST(LandmarkFit, ExactAfterAnyMotion) {
 
 TEST(LandmarkFit, CovarianceIsThatOfTheErrors) {
   Draw draw(2);
-  const Landmarks reference = face();
+  const LandmarkSet reference = face();
   LandmarkOptions o;
   o.sigma = 1.5;
   double nees = 0;
@@ -71,7 +71,7 @@ TEST(LandmarkFit, CovarianceIsThatOfTheErrors) {
 TEST(LandmarkFit, OutliersAndCandidates) {
   Draw draw(3);
   const Pose D = displacement(80, 25, kIso, draw);
-  Landmarks live = seen(face(), D, 0.5, draw);
+  LandmarkSet live = seen(face(), D, 0.5, draw);
   live.position.row(1) += Eigen::RowVector3d(20, 5, -10);
   live.position.row(6) += Eigen::RowVector3d(-3, 30, 12);
   live.position.conservativeResize(10, 3);  // two more noses
@@ -90,9 +90,9 @@ TEST(LandmarkFit, OutliersAndCandidates) {
 
 TEST(LandmarkFit, Refuses) {
   Draw draw(4);
-  const Landmarks all = face();
+  const LandmarkSet all = face();
   const auto first = [&](std::vector<int> which) {
-    Landmarks l;
+    LandmarkSet l;
     l.position.resize(static_cast<Eigen::Index>(which.size()), 3);
     for (std::size_t i = 0; i < which.size(); ++i) {
       l.position.row(static_cast<Eigen::Index>(i)) = all.position.row(which[i]);
@@ -105,7 +105,7 @@ TEST(LandmarkFit, Refuses) {
   EXPECT_EQ(three.status, Status::kOk);
   EXPECT_NE(three.verdict_words.find("only three"), std::string::npos) << three.verdict_words;
 
-  Landmarks line = all;
+  LandmarkSet line = all;
   for (Eigen::Index i = 0; i < 8; ++i) line.position.row(i) << 20.0 * static_cast<double>(i * i), 0, 0;
   EXPECT_EQ(fit(line, line).status, Status::kDegenerate);
   for (Eigen::Index i = 0; i < 8; ++i) line.position(i, 1) = i % 2 == 0 ? 1.0 : 0.0;
@@ -114,7 +114,7 @@ TEST(LandmarkFit, Refuses) {
   EXPECT_NE(nearly.message.find("turns about LAT"), std::string::npos) << nearly.message;
   EXPECT_FALSE(nearly.reference_from_live.t.allFinite());
 
-  Landmarks strange = all;
+  LandmarkSet strange = all;
   for (Eigen::Index i = 0; i < 8; ++i) strange.position.row(i) = draw.vec3(400).transpose();
   EXPECT_EQ(fit(all, strange).status, Status::kNotFound);
   strange = all;
@@ -124,7 +124,7 @@ TEST(LandmarkFit, Refuses) {
   sharp.sigma = 0.5;
   EXPECT_NE(fit(all, strange, sharp).verdict, Verdict::kOk);
 
-  Landmarks metres = all;
+  LandmarkSet metres = all;
   metres.position /= 1000;
   EXPECT_NE(fit(all, metres).status, Status::kOk);
 }
@@ -132,10 +132,10 @@ TEST(LandmarkFit, Refuses) {
 // Half of the body moved one way, half another.
 TEST(LandmarkFit, RefusesTwoMotions) {
   Draw draw(5);
-  const Landmarks reference = face();
-  const Landmarks a = seen(reference, displacement(30, 5, kIso, draw), 0, draw);
-  const Landmarks b = seen(reference, displacement(40, 20, kIso, draw), 0, draw);
-  Landmarks live = a;
+  const LandmarkSet reference = face();
+  const LandmarkSet a = seen(reference, displacement(30, 5, kIso, draw), 0, draw);
+  const LandmarkSet b = seen(reference, displacement(40, 20, kIso, draw), 0, draw);
+  LandmarkSet live = a;
   live.position.bottomRows(4) = b.position.bottomRows(4);
   LandmarkOptions o;
   o.sigma = 0.5;
@@ -146,13 +146,13 @@ TEST(LandmarkFit, RefusesTwoMotions) {
 }
 
 TEST(LandmarkFit, RefusesWhatIsNoCovariance) {
-  Landmarks l = face();
+  LandmarkSet l = face();
   l.covariance.assign(8, Mat3::Identity());
   l.covariance[3](0, 0) = -1;
   expect_error(Status::kInvalidArgument, "live_covariance_mm2[3]", [&] { fit(face(), l); });
   l.covariance[3] = Mat3::Zero();
   EXPECT_EQ(fit(face(), l).status, Status::kOk);
-  Landmarks many;
+  LandmarkSet many;
   many.position.setZero(9, 3);
   many.id.assign(9, 1);
   expect_error(Status::kLimit, "81 pairs", [&] { fit(many, many); });
