@@ -1860,7 +1860,7 @@ typedef struct sgrt_calibration_tof_options {
   double board_mm[4];        /* the part of the board that is flat and bare: left, top, right, bottom in its plane. No default */
   double knot_spacing_mm;    /* of the range correction, 1 to 1e4; default 50 */
   double pixel_sigma_mm;     /* what the offset of a pixel may be; 0: no such term; default 10 */
-  sgrt_tof_options sensor;   /* how the frames are measured; its pixel_offset_mm is not used */
+  const sgrt_tof_options *sensor; /* how the frames are measured; its pixel_offset_mm is not used. NULL, the default: as sgrt_tof_measure does */
 } sgrt_calibration_tof_options;
 SGRT_API sgrt_status sgrt_calibration_tof_options_init(sgrt_calibration_tof_options *options, size_t size);
 

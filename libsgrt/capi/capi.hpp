@@ -32,8 +32,8 @@
 #include "shape/curvature.hpp"
 #include "shape/locate.hpp"
 #include "stereo/stereo.hpp"
-#include "tof/tof.hpp"
 #include "surface/temporal.hpp"
+#include "tof/tof.hpp"
 #include "tracking/tracker.hpp"
 #include "volume/contours.hpp"
 

@@ -101,8 +101,8 @@ void load_taps(const TapsView& view, std::int64_t frame, std::int64_t frequency,
 
 // A block of as many older frames joins the mean of the newest n while the two agree (eq. 8): so slow drifts are seen
 // as well as jumps. Taps of unknown noise are not averaged.
-void average_taps(const TapsView& view, const TapModel& model, int y, float* out, int stride, float* frames_used,
-                  float* share, AverageWork& work) {
+void average_taps(const TapsView& view, const TapModel& model, int y, float low, float high, float* out, int stride,
+                  float* frames_used, float* share, AverageWork& work) {
   constexpr double kAgreeZ = 2.5;
   const std::int64_t total = view.shape[0], frequencies = view.shape[1];
   const auto rows = static_cast<std::size_t>(frequencies * model.taps), step = static_cast<std::size_t>(stride);
@@ -114,6 +114,9 @@ void average_taps(const TapsView& view, const TapModel& model, int y, float* out
                 work.frames.data() + static_cast<std::size_t>(j) * frame_size +
                     static_cast<std::size_t>(f * model.taps) * step,
                 stride);
+  }
+  for (float& tap : work.frames) {
+    if (!(tap > low && tap < high)) tap = std::numeric_limits<float>::quiet_NaN();
   }
   const auto limit = static_cast<float>(chi2_limit(static_cast<int>(rows), kAgreeZ));
   const bool known = model.gain > 0 || model.floor > 0;
