@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calibration/report.hpp"
+#include "capi/calibration.hpp"
 #include "capi/capi.hpp"
 #include "rig/uncertainty.hpp"
 
@@ -97,7 +98,9 @@ void read_sights(const sgrt_calibration_data& c, CalibrationData& data) {
         {index[3 * i], index[3 * i + 1], index[3 * i + 2], Vec2(pixels[2 * i], pixels[2 * i + 1]), sigma[i]});
 }
 
-CalibrationData from_c(const sgrt_calibration_data* given) {
+}  // namespace
+
+CalibrationData data_from_c(const sgrt_calibration_data* given) {
   need(given, "data");
   const sgrt_calibration_data c = read_struct(given, empty_data(), "data.struct_size");
   check_range(c.camera_count, 1, 64, "data.camera_count");
@@ -124,6 +127,8 @@ CalibrationData from_c(const sgrt_calibration_data* given) {
   read_sights(c, data);
   return data;
 }
+
+namespace {
 
 sgrt_calibration_info empty_info(Status status) {
   sgrt_calibration_info info{};
@@ -226,7 +231,7 @@ sgrt_status sgrt_calibration_solve(sgrt_context* context, const sgrt_calibration
                                    const sgrt_calibration_options* options, sgrt_calibration** result) {
   return guard([&] {
     need(result, "result");
-    const CalibrationData d = from_c(data);
+    const CalibrationData d = data_from_c(data);
     const Options o = from_c(options);
     const CalibrationResult r = calibrate(run_of(context), d, o.calibration);
     auto handle = handle_of(d, r);
@@ -250,7 +255,7 @@ sgrt_status sgrt_calibration_check(sgrt_context* context, const sgrt_rig* rig, c
   return guard([&] {
     need(rig, "rig");
     need(result, "result");
-    const CalibrationData d = from_c(data);
+    const CalibrationData d = data_from_c(data);
     const Options o = from_c(options);
     const CheckResult r = check_rig(run_of(context), rig->rig, d, o.calibration);
     auto handle = handle_of(d, r);
@@ -278,7 +283,7 @@ sgrt_status sgrt_calibration_room(sgrt_context* context, const sgrt_rig* const* 
       need(rigs[i], ("rigs[" + std::to_string(i) + "]").c_str());
       all.push_back(&rigs[i]->rig);
     }
-    const CalibrationData d = from_c(data);
+    const CalibrationData d = data_from_c(data);
     const Options o = from_c(options);
     const RoomResult r = room_from_phantom(run_of(context), all, d, o.room);
     auto handle = handle_of(d, r);

@@ -10,7 +10,21 @@ import click
 
 from .. import __version__
 from ..errors import Error
-from . import calibrate, calibrate_room, check, evaluate, filter, fit, fuse, reference, register, stereo, track
+from . import (
+    calibrate,
+    calibrate_laser,
+    calibrate_room,
+    check,
+    evaluate,
+    filter,
+    fit,
+    fuse,
+    laser,
+    reference,
+    register,
+    stereo,
+    track,
+)
 from ._common import Failure, exit_code, one_line
 
 
@@ -27,8 +41,10 @@ def group() -> None:
 
 
 calibrate.command.add_command(calibrate_room.command)
+calibrate.command.add_command(calibrate_laser.command)
 group.add_command(calibrate.command)
 group.add_command(stereo.command)
+group.add_command(laser.command)
 group.add_command(fuse.command)
 group.add_command(filter.command)
 group.add_command(fit.command)

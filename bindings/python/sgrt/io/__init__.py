@@ -12,10 +12,13 @@ from .poses import PoseTrack, read_poses, write_poses
 from .registration import read_pose, registration_document, write_registration
 from .rig import read_rig, write_rig
 from .roi import read_roi, write_roi
+from .scan import Scan, ScanFrame, read_scan, write_scan
 
 __all__ = [
     "Capture",
     "PoseTrack",
+    "Scan",
+    "ScanFrame",
     "read_captures",
     "read_image",
     "read_nurbs_curve",
@@ -24,6 +27,7 @@ __all__ = [
     "read_poses",
     "read_rig",
     "read_roi",
+    "read_scan",
     "read_surface",
     "registration_document",
     "write_captures",
@@ -33,5 +37,6 @@ __all__ = [
     "write_registration",
     "write_rig",
     "write_roi",
+    "write_scan",
     "write_surface",
 ]
