@@ -253,13 +253,12 @@ std::vector<Pose> board_poses(const Problem& p, const CalibrationData& data) {
   return poses;
 }
 
-// The sights that lie on the board (a square beyond its outer corners), at most so many a placement, evenly.
-void keep_on_board(Problem& p, const std::vector<Pose>& poses, const std::vector<StripeSight>& all,
-                   const std::vector<int>& view_of) {
-  constexpr std::size_t kMost = 6000;
+// The sights on the board's plane no further than `margin` from its outer corners.
+std::vector<StripeSight> sights_near(const Problem& p, const std::vector<Pose>& poses,
+                                     const std::vector<StripeSight>& all, const std::vector<int>& view_of,
+                                     double margin) {
   const Points& b = p.target.points;
-  Eigen::RowVector3d low = b.colwise().minCoeff(), high = b.colwise().maxCoeff();
-  const double margin = 0.9 * (b.row(1) - b.row(0)).norm();
+  const Eigen::RowVector3d low = b.colwise().minCoeff(), high = b.colwise().maxCoeff();
   std::vector<StripeSight> on;
   on.reserve(all.size());
   for (const StripeSight& sight : all) {
@@ -273,6 +272,23 @@ void keep_on_board(Problem& p, const std::vector<Pose>& poses, const std::vector
       continue;
     on.push_back(sight);
     on.back().placement = v;
+  }
+  return on;
+}
+
+// The sights on the squares; where most placements have none there, those on the white border too. At most so many,
+// evenly.
+void keep_on_board(Problem& p, const std::vector<Pose>& poses, const std::vector<StripeSight>& all,
+                   const std::vector<int>& view_of) {
+  constexpr std::size_t kMost = 6000;
+  const double square = (p.target.points.row(1) - p.target.points.row(0)).norm();
+  std::vector<StripeSight> on;
+  for (const double margin : {0.9 * square, 3 * square}) {
+    on = sights_near(p, poses, all, view_of, margin);
+    std::map<int, int> count;
+    for (const StripeSight& sight : on) ++count[sight.placement];
+    const auto good = std::count_if(count.begin(), count.end(), [](const auto& c) { return c.second >= 20; });
+    if (2 * good >= static_cast<std::ptrdiff_t>(p.views.size())) break;
   }
   const std::size_t step = 1 + on.size() / kMost;
   for (std::size_t i = 0; i < on.size(); i += step) p.sights.push_back(on[i]);

@@ -49,7 +49,7 @@ Family fit_family(const std::vector<Vec3>& x, const std::vector<double>& reading
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(N);
   // A second vector as good as the first: the points lie on lines, not on planes.
   const Eigen::VectorXd& e = solver.eigenvalues();
-  if (!(e(1) > 1e-7 * e(e.size() - 1) && e(1) > 4 * e(0)))
+  if (!(e(1) > 1e-8 * e(e.size() - 1) && e(1) > 2 * e(0)))
     fail(Status::kDegenerate,
          "the stripe's points do not tell the light plane: expected the board at two distances or tilts or more");
   f.c = Eigen::Map<const Eigen::Matrix<double, 4, Eigen::Dynamic>>(solver.eigenvectors().col(0).data(), 4, terms);
@@ -71,7 +71,7 @@ LaserUnit first_unit(const std::vector<Vec3>& x, const std::vector<double>& read
   }
   if (distinct.size() < 2)
     fail(Status::kInsufficientData, "angle_rad: one mirror angle, expected a sweep (or a laser without a mirror)");
-  const Family f = fit_family(x, reading, distinct.size() > 2 ? 3 : 2);
+  const Family f = fit_family(x, reading, 2);  // linear in the angle: enough to start from
   const double a1 = *distinct.begin(), a2 = *distinct.rbegin();
   const LightPlane p1 = f.at(a1), p2 = f.at(a2), middle = f.at((a1 + a2) / 2);
   const Vec3 axis = p1.n.cross(p2.n);

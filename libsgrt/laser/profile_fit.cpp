@@ -99,6 +99,23 @@ Equations equations(const Window& w, double origin, const Vec5& p, const Profile
   return q;
 }
 
+// What noise that grows with the signal does to the centre: k_i of d centre / d v_i, and the residuals beside it.
+void add_shot(const Window& w, double origin, const Vec5& p, const Vec5& to_centre, const ProfileNoise& noise,
+              Centre& out) {
+  const double floor = noise.sigma * noise.sigma;
+  for (int i = 0; i < w.count; ++i) {
+    if (!w.good(i)) continue;
+    const double x = w.from + i - origin, u = (x - p(0)) / p(1), e = std::exp(-u * u / 2), a = p(2) * e;
+    Vec5 J;
+    J << a * u / p(1), a * u * u / p(1), e, 1, x;
+    const double r = w.v[i] - (a + p(3) + p(4) * x), weight = 1 / (floor + noise.gain * std::max(a, 0.0));
+    const double k = weight * to_centre.dot(J);
+    out.shot += k * k * a;
+    out.excess += (r * r - floor) * a;
+    out.power += a * a;
+  }
+}
+
 }  // namespace
 
 Centre centroid_centre(const Lines& lines, int line, const Candidate& c, int half, const ProfileNoise& noise) {
@@ -186,7 +203,8 @@ Centre gaussian_centre(const Lines& lines, int line, const Candidate& c, const P
   }
   const bool sane = p.allFinite() && std::abs(p(0)) <= 2 * width + 1 && p(1) > 0.25 && p(1) < 4 * width + 2 &&
                     p(2) > 0.3 * c.contrast && q.count > 6;
-  const double variance = sane ? q.N.ldlt().solve(Vec5::Unit(0))(0) : 0;
+  const Vec5 to_centre = q.N.ldlt().solve(Vec5(Vec5::Unit(0)));
+  const double variance = sane ? to_centre(0) : 0;
   if (!sane || !(variance > 0)) {
     out.reason = LineReason::kNoMatch;
     return out;
@@ -196,6 +214,7 @@ Centre gaussian_centre(const Lines& lines, int line, const Candidate& c, const P
   out.signal = static_cast<float>(p(2));
   out.width = static_cast<float>(p(1));
   out.residual = q.cost / (q.count - 5);
+  if (!(noise.gain > 0)) add_shot(w, origin, p, to_centre, noise, out);
   set_shape(lines, w, out.centre, p(3) + p(4) * p(0), p(2), noise.sigma, out);
   return out;
 }

@@ -12,6 +12,9 @@ struct Centre {
   double centre = 0, variance = 0;  // px, px2 by the noise alone
   float signal = 0, width = 0, asymmetry = 0, asymmetry_sigma = 0;
   double residual = 0;  // of the fit: sum of squares over the variance and the degrees of freedom; 0: none
+  // Of a fit, for the shot noise (eq. 8): how it would add to the variance, and sums of (r2 - noise2) a and of a2, a
+  // being the signal at a pixel.
+  double shot = 0, excess = 0, power = 0;
   LineReason reason = LineReason::kNone;
 };
 

@@ -51,8 +51,22 @@ void write(std::size_t y, const Centre& c, const StripeOptions& o, Stripe& s) {
   s.sigma[y] = static_cast<float>(std::sqrt(c.variance));
 }
 
-// Residuals beyond the noise (speckle, a profile that is no Gaussian) widen every sigma alike (eq. 8).
-void finish(std::vector<double>& residuals, Stripe& s) {
+// Residuals beyond the noise of dark pixels: the part that goes with the signal (shot noise, speckle) widens each sigma
+// by what it does there, the rest (a profile that is no Gaussian) all of them alike (eq. 8).
+void finish(const std::vector<Centre>& fits, const ProfileNoise& noise, Stripe& s) {
+  double excess = 0, power = 0;
+  std::vector<double> residuals;
+  residuals.reserve(fits.size());
+  for (const Centre& fit : fits) excess += fit.excess, power += fit.power;
+  const double gain = power > 0 ? std::max(0.0, excess / power) : 0;
+  for (std::size_t y = 0; y < fits.size(); ++y) {
+    const Centre& fit = fits[y];
+    if (!(fit.residual > 0) || s.reason[y] != 0) continue;
+    const double share = gain * fit.shot / (fit.variance + gain * fit.shot);
+    s.sigma[y] = static_cast<float>(std::sqrt(fit.variance + gain * fit.shot));
+    if (share < 0.3) residuals.push_back(fit.residual);  // else the excess is accounted for
+  }
+  s.gain = noise.gain > 0 ? noise.gain : gain;
   if (residuals.size() >= 10) s.fit_scale = std::sqrt(std::max(1.0, median(residuals) / 0.95));
   std::vector<double> sigmas;
   sigmas.reserve(s.reason.size());
@@ -120,7 +134,7 @@ Stripe extract_stripe(const Run& run, const ImageView& image, const ImageView* d
   std::optional<RidgeKernel> ridge;
   if (o.method == StripeMethod::kRidge) ridge.emplace(ridge_sigma(found, chosen));
   const ProfileNoise noise{s.noise, o.gain};
-  std::vector<double> residual(n);
+  std::vector<Centre> fits(n);
   parallel_for(
       run, lines.count(), kBlock,
       [&](std::int64_t begin, std::int64_t end) {
@@ -133,15 +147,12 @@ Stripe extract_stripe(const Run& run, const ImageView& image, const ImageView* d
           const Centre centre = ridge                                      ? ridge_centre(lines, line, c, *ridge, noise)
                                 : o.method == StripeMethod::kGaussian ? gaussian_centre(lines, line, c, noise)
                                                                       : centroid_centre(lines, line, c, half, noise);
-          residual[y] = centre.residual;
+          fits[y] = centre;
           write(y, centre, o, s);
         }
       },
       "stripe");
-  std::vector<double> residuals;
-  residuals.reserve(n);
-  std::copy_if(residual.begin(), residual.end(), std::back_inserter(residuals), [](double r) { return r > 0; });
-  finish(residuals, s);
+  finish(fits, noise, s);
   return s;
 }
 

@@ -51,6 +51,7 @@ struct Stripe {
   std::array<std::int64_t, 16> reason_count{};
   std::int64_t found = 0;
   double noise = 0;         // grey levels
+  double gain = 0;          // variance a grey level of signal: given, or as the fits' residuals show it
   double fit_scale = 1;     // how much larger than the noise the fits' residuals are; it is in sigma
   double median_sigma = 0;  // px
 };

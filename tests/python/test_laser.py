@@ -126,7 +126,7 @@ def test_stripe_bad_arguments(arguments, words):
 
 @pytest.fixture(scope="module")
 def torso():
-    return twin.torso(0)
+    return twin.torso()
 
 
 @pytest.fixture(scope="module")
