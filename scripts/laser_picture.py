@@ -109,11 +109,11 @@ def depth_of(plane: NDArray[np.float64], rays: NDArray[np.float64]) -> NDArray[n
 def report_plane(data: Path) -> None:
     rig, views = rig_of(data), views_of(data)
     whole = calibrate(rig, views)
-    assert whole.rig is not None
+    assert whole.rig is not None and whole.corners is not None
     print(f"light plane from {whole.view_count} images, {whole.corner_count} points: {whole.rms_px:.3f} px RMS")
     for warning in whole.warnings:
         print("warning:", warning)
-    pixels = np.concatenate([view["px"] for view in views])
+    pixels = whole.corners[whole.corners[:, 7] > 0, 3:5]
     rays = rig.unproject("cam", pixels)[0]
     planes = [np.asarray(sgrt.laser_plane(whole.rig, "line", 0.0))]
     sigma = []
@@ -123,16 +123,16 @@ def report_plane(data: Path) -> None:
         planes.append(np.asarray(sgrt.laser_plane(result.rig, "line", 0.0)))
         sigma.append(json.loads(result.report)["point_sigma_mm"])
         print(f"half: {result.view_count} images, {result.rms_px:.3f} px RMS, a point good to {sigma[-1]:.2f} mm")
-    near = np.abs(depth_of(planes[0], rays)) < 3000
-    apart = (depth_of(planes[1], rays) - depth_of(planes[2], rays))[near]
+    apart = (depth_of(planes[1], rays) - depth_of(planes[2], rays))
     print(f"halves differ by {np.sqrt(np.mean(apart**2)):.2f} mm RMS, predicted {np.hypot(*sigma):.2f}")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         author = np.load(data / "npy/LaserPlane4.npy").ravel()
-    author = np.array([*author[:3], -1000 * author[3]]) / np.linalg.norm(author[:3])
-    off = (depth_of(planes[0], rays) - depth_of(author, rays))[near]
+    # Its author's camera has y up and z backward.
+    author = np.array([author[0], -author[1], -author[2], -1000 * author[3]]) / np.linalg.norm(author[:3])
+    off = (depth_of(planes[0], rays) - depth_of(author, rays))
     angle = np.degrees(np.arccos(min(1.0, abs(planes[0][:3] @ author[:3]))))
-    print(f"LaserPlane4: {angle:.2f} deg and {np.median(off):+.1f} mm (median along the rays) away")
+    print(f"LaserPlane4, its y and z turned round: {angle:.2f} deg and {np.median(off):+.1f} mm (median along the rays) away")
 
 
 def main(data: Path, out: Path) -> None:
@@ -151,7 +151,7 @@ def main(data: Path, out: Path) -> None:
                 drawn[row, max(0, at - 1) : at + 2] = (255, 0, 0)
             tiles.append(drawn[:, 140:500])
     print(f"{len(frames)} frames: a centre in {100 * min(share):.0f} to {100 * max(share):.0f} % of the rows;", end=" ")
-    print(f"jitter along the wall {np.median(jitters):.3f} px (median), {max(jitters):.3f} at most")
+    print(f"jitter along the wall {np.median(jitters):.3f} px (median), 90 % below {np.quantile(jitters, 0.9):.3f}")
     Image.fromarray(np.concatenate(tiles, axis=1)).save(out)
     report_plane(data)
 

@@ -58,7 +58,7 @@ void search(const float* v, int n, int half, float min_signal, float* smooth, Li
     if (!top || contrast < min_signal) continue;
     const HalfWidths w = half_widths(v, n, static_cast<float>(at), background, std::max(v[at], smooth[at]) - background);
     if (!(w.left + w.right > 0)) continue;
-    out.all[out.count++] = {at, static_cast<float>(at), contrast, background, (w.left + w.right) / kFwhm, -1};
+    out.all[out.count++] = {at, static_cast<float>(at), contrast, background, (w.left + w.right) / kFwhm};
   }
 }
 
@@ -106,6 +106,18 @@ HalfWidths half_widths(const float* v, int n, float centre, float background, fl
   return {walk(-1), walk(1)};
 }
 
+float asymmetry_of(const float* v, int n, float centre, float width, float background, float contrast) {
+  constexpr float kTop = 0.85F, kFoot = 0.25F;
+  int best = std::clamp(static_cast<int>(std::lround(centre)), 0, n - 1);
+  const int reach = 1 + static_cast<int>(width);
+  for (int i = std::max(0, best - reach), end = std::min(n - 1, best + reach); i <= end; ++i) best = v[i] > v[best] ? i : best;
+  const auto peak = static_cast<float>(best);
+  const HalfWidths top = half_widths(v, n, peak, background, contrast, kTop);
+  const HalfWidths foot = half_widths(v, n, peak, background, contrast, kFoot);
+  if (!(foot.left + foot.right > 0 && top.left + top.right > 0)) return 0;
+  return ((foot.right - foot.left) - (top.right - top.left)) / (foot.left + foot.right);
+}
+
 LineCandidates find_candidates(const Run& run, const Lines& lines, int line, int half, float min_signal,
                                std::vector<float>& buffer) {
   const int n = lines.width();
@@ -123,7 +135,11 @@ LineCandidates find_candidates(const Run& run, const Lines& lines, int line, int
     for (int i = 0; i < count; ++i) window[i] = bytes ? static_cast<float>(bytes[from + i]) : buffer[from + i];
     const HalfWidths w = half_widths(window, count, static_cast<float>(p.at - from), p.background, contrast);
     if (w.left + w.right > 0) {
-      out.all[out.count++] = {p.at, p.centre, contrast, p.background, (w.left + w.right) / kFwhm, -1};
+      Candidate& c = out.all[out.count++];
+      c = {p.at, p.centre, contrast, p.background, (w.left + w.right) / kFwhm};
+      const auto middle = static_cast<float>(p.at - from);
+      c.asymmetry = asymmetry_of(window, count, middle, c.width, p.background, contrast);
+      c.sum = p.value < lines.clip ? p.signal : 0;
       return out;
     }
   }

@@ -15,6 +15,8 @@ struct Candidate {
   float background = 0;  // grey levels
   float width = 0;       // px, sigma by the width at half height
   int piece = -1;        // which continuous stripe it belongs to
+  float sum = 0;         // grey levels over the background in the kernel's window; 0: not from the kernel, or clipped
+  float asymmetry = 0;   // as asymmetry_of has it; where sum > 0
 };
 
 constexpr int kMaxCandidates = 4;
@@ -29,6 +31,11 @@ struct HalfWidths {
   float left, right;
 };
 HalfWidths half_widths(const float* v, int n, float centre, float background, float contrast, float share = 0.5F);
+
+// Two-sided width test (eq. 9): how far the foot of the profile reaches to the right and to the left of its top's middle,
+// (right - left) / (right + left). About the fitted centre every profile looks even, because the fit has moved there. 0
+// where the profile does not come down.
+float asymmetry_of(const float* v, int n, float centre, float width, float background, float contrast);
 
 // The candidates of one line. buffer: at least two lines long.
 LineCandidates find_candidates(const Run& run, const Lines& lines, int line, int half, float min_signal,

@@ -35,25 +35,18 @@ struct Window {
   }
 };
 
-// Two-sided width test (eq. 9): how far the foot of the profile reaches to the right and to the left of its top's
-// middle. About the fitted centre every profile looks even, because the fit has moved there.
+// Of a Gaussian: a crossing moves by the noise over the slope there, both middles together over the width.
+float asymmetry_sigma(double sigma, double contrast) {
+  return static_cast<float>(1.35 * sigma / contrast);
+}
+
 void set_shape(const Lines& lines, Window& w, double centre, double background, double contrast, double sigma,
                Centre& out) {
-  constexpr float kTop = 0.85F, kFoot = 0.25F;
   w.level(lines.clip);
-  const auto at = static_cast<float>(centre - w.from), low = static_cast<float>(background);
-  const auto high = std::min(static_cast<float>(contrast), lines.clip - low);
-  int best = std::clamp(static_cast<int>(std::lround(at)), 0, w.count - 1);
-  const int reach = 1 + static_cast<int>(out.width);
-  for (int i = std::max(0, best - reach), end = std::min(w.count - 1, best + reach); i <= end; ++i)
-    best = w.v[i] > w.v[best] ? i : best;
-  const auto peak = static_cast<float>(best);
-  const HalfWidths top = half_widths(w.v, w.count, peak, low, high, kTop);
-  const HalfWidths foot = half_widths(w.v, w.count, peak, low, high, kFoot);
-  if (!(foot.left + foot.right > 0 && top.left + top.right > 0)) return;
-  out.asymmetry = ((foot.right - foot.left) - (top.right - top.left)) / (foot.left + foot.right);
-  // A crossing moves by the noise over the slope there; of a Gaussian both middles together over the width.
-  out.asymmetry_sigma = static_cast<float>(1.35 * sigma / contrast);
+  const auto low = static_cast<float>(background);
+  const float high = std::min(static_cast<float>(contrast), lines.clip - low);
+  out.asymmetry = asymmetry_of(w.v, w.count, static_cast<float>(centre - w.from), out.width, low, high);
+  out.asymmetry_sigma = asymmetry_sigma(sigma, contrast);
 }
 
 // Enough that is not clipped on both sides to tell the centre.
@@ -77,30 +70,50 @@ struct Equations {
   int count;
 };
 
+// exp(-(x - c)^2 / 2 t^2) at the pixels of the window one by one, by a recurrence of second order: three exponentials a
+// window instead of one a pixel.
+struct Bell {
+  double value, ratio, step;
+  Bell(double x, double c, double t)
+      : value(std::exp(-(x - c) * (x - c) / (2 * t * t))),
+        ratio(std::exp(-(2 * (x - c) + 1) / (2 * t * t))),
+        step(std::exp(-1 / (t * t))) {}
+  void next() {
+    value *= ratio;
+    ratio *= step;
+  }
+};
+
 // p: centre, sigma, amplitude, background, its slope; positions relative to `origin` (eq. 6-7).
 Equations equations(const Window& w, double origin, const Vec5& p, const ProfileNoise& noise) {
   Equations q{Mat5::Zero(), Vec5::Zero(), 0, 0};
-  const double floor = noise.sigma * noise.sigma;
-  for (int i = 0; i < w.count; ++i) {
+  const double floor = noise.sigma * noise.sigma, per_t = 1 / p(1);
+  double N[15] = {0}, g[5] = {0};
+  Bell bell(w.from - origin, p(0), p(1));
+  for (int i = 0; i < w.count; ++i, bell.next()) {
     if (!w.good(i)) continue;
-    const double x = w.from + i - origin, u = (x - p(0)) / p(1), e = std::exp(-u * u / 2), a = p(2) * e;
+    const double x = w.from + i - origin, u = (x - p(0)) * per_t, e = bell.value, a = p(2) * e;
     const double r = w.v[i] - (a + p(3) + p(4) * x);
     const double weight = 1 / (floor + noise.gain * std::max(a, 0.0));
-    const double J[5] = {a * u / p(1), a * u * u / p(1), e, 1, x};
-    for (int j = 0; j < 5; ++j) {
+    const double J[5] = {a * u * per_t, a * u * u * per_t, e, 1, x};
+    for (int j = 0, at = 0; j < 5; ++j) {
       const double wj = weight * J[j];
-      q.g(j) += wj * r;
-      for (int k = j; k < 5; ++k) q.N(j, k) += wj * J[k];
+      g[j] += wj * r;
+      for (int k = j; k < 5; ++k) N[at++] += wj * J[k];
     }
     q.cost += weight * r * r;
     ++q.count;
   }
-  q.N.triangularView<Eigen::StrictlyLower>() = q.N.transpose();
+  for (int j = 0, at = 0; j < 5; ++j) {
+    q.g(j) = g[j];
+    for (int k = j; k < 5; ++k) q.N(j, k) = q.N(k, j) = N[at++];
+  }
   return q;
 }
 
-// What noise that grows with the signal does to the centre: k_i of d centre / d v_i, and the residuals beside it.
-void add_shot(const Window& w, double origin, const Vec5& p, const Vec5& to_centre, const ProfileNoise& noise,
+// What noise that grows with the signal does to the centre: k_i of d centre / d v_i, and the residuals beside it, of
+// which the fit leaves the share 1 - h_i, h the leverage.
+void add_shot(const Window& w, double origin, const Vec5& p, const Mat5& inverse, const ProfileNoise& noise,
               Centre& out) {
   const double floor = noise.sigma * noise.sigma;
   for (int i = 0; i < w.count; ++i) {
@@ -109,10 +122,11 @@ void add_shot(const Window& w, double origin, const Vec5& p, const Vec5& to_cent
     Vec5 J;
     J << a * u / p(1), a * u * u / p(1), e, 1, x;
     const double r = w.v[i] - (a + p(3) + p(4) * x), weight = 1 / (floor + noise.gain * std::max(a, 0.0));
-    const double k = weight * to_centre.dot(J);
-    out.shot += k * k * a;
-    out.excess += (r * r - floor) * a;
-    out.power += a * a;
+    const Vec5 effect = weight * (inverse * J);
+    const double left = 1 - effect.dot(J);
+    out.shot += effect(0) * effect(0) * a;
+    out.excess += (r * r - left * floor) * a;
+    out.power += left * a * a;
   }
 }
 
@@ -120,6 +134,18 @@ void add_shot(const Window& w, double origin, const Vec5& p, const Vec5& to_cent
 
 Centre centroid_centre(const Lines& lines, int line, const Candidate& c, int half, const ProfileNoise& noise) {
   Centre out;
+  if (c.sum > 0) {  // the kernel has it already
+    const double n = 2 * half + 1, spread = n * n * n / 12, slope = 2.0 / half / ((n + half) * (n + half));
+    out.centre = c.centre;
+    out.variance = (noise.sigma * noise.sigma * (spread + spread * spread * slope) +
+                    noise.gain * c.sum * c.width * c.width) /
+                   (static_cast<double>(c.sum) * c.sum);
+    out.signal = c.contrast;
+    out.width = c.width;
+    out.asymmetry = c.asymmetry;
+    out.asymmetry_sigma = asymmetry_sigma(noise.sigma, c.contrast);
+    return out;
+  }
   Window w(lines, line, c.at, 3 * half);
   if (c.at - 2 * half < 0 || c.at + 2 * half >= lines.width()) {
     out.reason = LineReason::kOutOfView;
@@ -182,7 +208,7 @@ Centre gaussian_centre(const Lines& lines, int line, const Candidate& c, const P
   Vec5 p;
   p << c.centre - origin, width, c.contrast, c.background, 0;
   Equations q = equations(w, origin, p, noise);
-  double damping = 1e-3;
+  double damping = 1e-4;
   bool done = false;
   for (int step = 0; step < kSteps && !done; ++step) {
     Mat5 N = q.N;
@@ -192,7 +218,7 @@ Centre gaussian_centre(const Lines& lines, int line, const Candidate& c, const P
     next(1) = std::clamp(next(1), p(1) / 2, p(1) * 2);
     Equations trial = equations(w, origin, next, noise);
     if (trial.cost <= q.cost) {
-      done = std::abs(next(0) - p(0)) < 1e-4 && std::abs(next(1) - p(1)) < 1e-3 * p(1);
+      done = std::abs(next(0) - p(0)) < 1e-3 && std::abs(next(1) - p(1)) < 1e-2 * p(1);
       p = next;
       q = std::move(trial);
       damping /= 10;
@@ -203,8 +229,8 @@ Centre gaussian_centre(const Lines& lines, int line, const Candidate& c, const P
   }
   const bool sane = p.allFinite() && std::abs(p(0)) <= 2 * width + 1 && p(1) > 0.25 && p(1) < 4 * width + 2 &&
                     p(2) > 0.3 * c.contrast && q.count > 6;
-  const Vec5 to_centre = q.N.ldlt().solve(Vec5(Vec5::Unit(0)));
-  const double variance = sane ? to_centre(0) : 0;
+  const Mat5 inverse = q.N.ldlt().solve(Mat5(Mat5::Identity()));
+  const double variance = sane ? inverse(0, 0) : 0;
   if (!sane || !(variance > 0)) {
     out.reason = LineReason::kNoMatch;
     return out;
@@ -214,7 +240,7 @@ Centre gaussian_centre(const Lines& lines, int line, const Candidate& c, const P
   out.signal = static_cast<float>(p(2));
   out.width = static_cast<float>(p(1));
   out.residual = q.cost / (q.count - 5);
-  if (!(noise.gain > 0)) add_shot(w, origin, p, to_centre, noise, out);
+  if (!(noise.gain > 0)) add_shot(w, origin, p, inverse, noise, out);
   set_shape(lines, w, out.centre, p(3) + p(4) * p(0), p(2), noise.sigma, out);
   return out;
 }
