@@ -279,6 +279,16 @@ def opencv_calibrate(inputs, threads):
     return calibrate
 
 
+@peer("OpenCV bilateralFilter")
+def opencv_bilateral(inputs, threads):
+    """Its range kernel at three sigmas of the difference of two points, its space kernel as wide as ours."""
+    import cv2
+
+    cv2.setNumThreads(threads)
+    z, radius, sigma = inputs["noisy"].astype(np.float32), float(inputs["radius"]), float(inputs["sigma"])
+    return lambda _: {"z": cv2.bilateralFilter(z, 2 * int(radius) + 1, 3 * 2**0.5 * sigma, radius / 2)}
+
+
 def main():
     name, inputs_path, threads, output = sys.argv[1:]
     answers = os.fdopen(os.dup(1), "w")

@@ -475,7 +475,7 @@ typedef struct sgrt_rig_info {
   uint32_t struct_size;
   int32_t camera_count;
   int32_t pair_count;
-  int32_t reserved;
+  int32_t tof_count;
 } sgrt_rig_info;
 SGRT_API sgrt_status sgrt_rig_summary(const sgrt_rig *rig, sgrt_rig_info *info);
 
@@ -486,7 +486,10 @@ enum {
   SGRT_RIG_CAMERA_ID = 4, /* of camera `index` */
   SGRT_RIG_PAIR_ID = 5,   /* of pair `index` */
   SGRT_RIG_PAIR_LEFT = 6, /* camera id of pair `index` */
-  SGRT_RIG_PAIR_RIGHT = 7
+  SGRT_RIG_PAIR_RIGHT = 7,
+  SGRT_RIG_TOF_ID = 8,           /* of time-of-flight unit `index` */
+  SGRT_RIG_TOF_CAMERA = 9,       /* its camera's id */
+  SGRT_RIG_TOF_PIXEL_OFFSET = 10 /* the file of its pixel offsets, beside the rig; "" where it has none */
 };
 /* Lends a text; NULL where rig is NULL, the field unknown or index out of range. index is 0 for single texts. since 0.1 */
 SGRT_API const char *sgrt_rig_text(const sgrt_rig *rig, int32_t field, int32_t index);
@@ -501,6 +504,19 @@ typedef struct sgrt_rig_camera {
 } sgrt_rig_camera;
 /* index: 0 to camera_count - 1. SGRT_E_INVALID_ARGUMENT  index out of range. since 0.1 */
 SGRT_API sgrt_status sgrt_rig_camera_get(const sgrt_rig *rig, int32_t index, sgrt_rig_camera *camera);
+
+/* A time-of-flight camera: tap_k = B + A cos(phi - tap_phase_rad[k]), phi = 4 pi modulation_hz n range / c. */
+typedef struct sgrt_rig_tof {
+  uint32_t struct_size;
+  int32_t frequency_count; /* 1 to 8 */
+  int32_t tap_count;       /* 3 to 32 */
+  int32_t differential;    /* 1: signed taps, which tell nothing of their shot noise */
+  double modulation_hz[8];
+  double tap_phase_rad[32];
+  double electrons_per_count, read_noise_e, refractive_index;
+} sgrt_rig_tof;
+/* index: 0 to tof_count - 1. SGRT_E_INVALID_ARGUMENT  index out of range. since 0.1 */
+SGRT_API sgrt_status sgrt_rig_tof_get(const sgrt_rig *rig, int32_t index, sgrt_rig_tof *tof);
 
 /* Pixels of room points in a camera (pinhole and Brown-Conrady distortion, docs/theory/rig.md eq. 1-3).
  * camera_id: must be in the rig. x_in_room: N x 3, mm. pixels: f64, N x 2; NaN behind the camera, where the distortion
@@ -540,11 +556,13 @@ enum {
   SGRT_REASON_OUT_OF_VOLUME = 2, /* its point lies outside the working volume */
   SGRT_REASON_NO_TEXTURE = 3,    /* too dark or too flat to match to max_sigma_px */
   SGRT_REASON_SATURATED = 4,     /* clipped pixels in the window */
-  SGRT_REASON_NO_MATCH = 5,      /* no correlation above min_correlation: occluded, or lit unlike */
+  SGRT_REASON_NO_MATCH = 5,      /* no correlation above min_correlation: lit unlike, or hidden from one camera */
   SGRT_REASON_LEFT_RIGHT = 6,    /* the match back from the right image ends elsewhere */
   SGRT_REASON_AMBIGUOUS = 7,     /* an island too small to be trusted */
   SGRT_REASON_EDGE = 8,          /* the window straddles the edge of the surface, or a fold that its shape cannot follow */
-  SGRT_REASON_COUNT = 9
+  SGRT_REASON_MOVED = 9,         /* live mode: its match lies further from the prior than band_mm */
+  SGRT_REASON_OCCLUDED = 10,     /* another part of the surface stands before it in the right image */
+  SGRT_REASON_COUNT = 11
 };
 
 /* Matches one pair along its epipolar lines and triangulates (docs/theory/stereo.md).
@@ -752,6 +770,106 @@ SGRT_API sgrt_status sgrt_laser_signal(sgrt_context *context, const sgrt_rig *ri
                                        const sgrt_view *dark, double angle_rad, const sgrt_stripe_options *stripe,
                                        const double point_mm[3], const double axis[3], double radius_mm, double *signal_mm,
                                        double *sigma_mm);
+/* ----------------------------------------------------------------------------------------------------------- tof */
+
+/* What a time-of-flight camera measured: a frame of H x W pixels. */
+typedef struct sgrt_tof sgrt_tof;
+
+typedef struct sgrt_tof_options {
+  uint32_t struct_size;
+  int32_t chapter_c;        /* 1: eq. 10.2 as the chapter prints it, c = 3e8 m/s and no air; default 0 */
+  double range_min_mm;      /* the window of ranges along the ray; default 0 */
+  double range_max_mm;      /* NaN, the default: range_min_mm and one unambiguous range, at most 1e5 */
+  double saturation;        /* taps at or above it are clipped, counts; NaN, the default: the end of the integer type */
+  double min_amplitude;     /* counts; default 0 */
+  double max_phase_sigma_rad; /* beyond it a phase is noise; default 0.5 */
+  double max_sigma_mm;      /* one sigma along the ray; default +infinity */
+  double moved_tolerance;   /* of the amplitude: how far the taps of a still scene may disagree beside noise; default 0.004 */
+  double max_incidence_deg; /* pixels that jump steeper than skin of this incidence to both sides fly; default 75 */
+  double min_unwrap_score;  /* several frequencies: log-likelihood of a range over the next best; default 2 */
+  double unwrap_tolerance_mm; /* ... and one sigma of what they disagree by beside noise; default 30 */
+  int32_t normal_window_px; /* side of the window of a normal, odd, 3 to 31; default 7 */
+  int32_t reserved;
+  sgrt_view pixel_offset_mm; /* H x W, subtracted from the range (pixel_offset_mm of the rig); absent: none */
+} sgrt_tof_options;
+SGRT_API sgrt_status sgrt_tof_options_init(sgrt_tof_options *options, size_t size);
+
+/* What is wrong with a pixel, bits. One with any of them but SGRT_TOF_UNCALIBRATED has no point; its phase, amplitude, offset, range and
+ * sigma are given nevertheless. */
+enum {
+  SGRT_TOF_SATURATED = 1,     /* a tap is clipped, or not a number */
+  SGRT_TOF_LOW_AMPLITUDE = 2, /* too little light for a phase: max_phase_sigma_rad, max_sigma_mm, min_amplitude */
+  SGRT_TOF_MOVED = 4,         /* the taps contradict each other: the scene moved between them (needs 4 taps) */
+  SGRT_TOF_FLYING = 8,        /* between two surfaces: it sees both */
+  SGRT_TOF_WRAPPED = 16,      /* the number of turns is in doubt: two ranges of the window explain the phases, or none does */
+  SGRT_TOF_OUT_OF_RANGE = 32, /* outside the window */
+  SGRT_TOF_UNCALIBRATED = 64  /* outside the knots of the range correction, whose end value was taken */
+};
+
+/* Taps to range and points (docs/theory/tof.md): phase, amplitude and offset by least squares over any number >= 3 of taps, range along the
+ * ray by eq. 10.2, several frequencies unwrapped jointly, sigma by the shot noise, the rig's corrections subtracted.
+ * tof_id: of the rig. taps: frames x frequencies x taps x H x W, or without the frames; u16, i16 or f32, counts, of the camera's size. Several
+ * frames are averaged, each pixel backwards from the last frame as far as nothing moved. options may be NULL.
+ * *result is written for SGRT_OK and for SGRT_E_NOT_FOUND; free with sgrt_tof_free.
+ * SGRT_E_INVALID_ARGUMENT  unknown unit, taps of another shape or dtype, an option out of its range
+ * SGRT_E_NOT_FOUND         no pixel has a range; the flags tell why
+ * SGRT_E_LIMIT             more than 1000 frames
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_measure(sgrt_context *context, const sgrt_rig *rig, const char *tof_id,
+                                      const sgrt_view *taps, const sgrt_tof_options *options, sgrt_tof **result);
+SGRT_API void sgrt_tof_free(sgrt_tof *result);
+
+typedef struct sgrt_tof_info {
+  uint32_t struct_size;
+  int32_t width, height, frequency_count;
+  int64_t point_count;
+  int64_t flag_count[8]; /* pixels by bit, SGRT_TOF_SATURATED first */
+  double range_min_mm, range_max_mm; /* the window that held */
+  double ambiguity_mm;     /* ranges this far apart have the same phases */
+  double median_sigma_mm;  /* along the ray, of the points; NaN where the noise is not known (differential taps) */
+} sgrt_tof_info;
+SGRT_API sgrt_status sgrt_tof_summary(const sgrt_tof *result, sgrt_tof_info *info);
+
+enum {
+  SGRT_TOF_PHASE = 1,     /* f32, frequencies x H x W, rad in [0, 2 pi) */
+  SGRT_TOF_AMPLITUDE = 2, /* f32, frequencies x H x W, counts */
+  SGRT_TOF_OFFSET = 3,    /* f32, frequencies x H x W, counts */
+  SGRT_TOF_RANGE = 4,     /* f32, H x W, mm along the ray, corrected; given for flagged pixels too, NaN where there is none */
+  SGRT_TOF_SIGMA = 5,     /* f32, H x W, one sigma of the range, mm; NaN where the noise is not known */
+  SGRT_TOF_FLAGS = 6,     /* u8, H x W, SGRT_TOF_SATURATED ... */
+  SGRT_TOF_SCORE = 7,     /* f32, H x W, of the unwrapping (min_unwrap_score); absent for one frequency */
+  SGRT_TOF_POINTS = 8,    /* f32, H x W x 3, room, mm; NaN where absent. Planes in memory: mind the strides */
+  SGRT_TOF_FRAMES = 9     /* f32, H x W, frames averaged; absent for one frame */
+};
+/* Lends an array; it lives as long as the result. An absent array has data NULL. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_array(const sgrt_tof *result, int32_t field, sgrt_view *view);
+/* A new surface: the organised grid of the points with normals, sigma_mm and covariance (along the rays); the last two are absent where the
+ * noise is not known. Its work is done here. SGRT_E_NOT_FOUND  the result has no point. SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_surface(sgrt_context *context, const sgrt_tof *result, sgrt_surface **surface);
+
+/* Session: the same unit again and again (live mode). Owns its rays and buffers: the steady state allocates nothing. One thread at a time. */
+typedef struct sgrt_tof_session sgrt_tof_session;
+SGRT_API sgrt_status sgrt_tof_session_create(sgrt_context *context, const sgrt_rig *rig, const char *tof_id,
+                                             const sgrt_tof_options *options, sgrt_tof_session **session);
+/* taps, errors: as sgrt_tof_measure. time_s: finite, must not decrease. *result is lent until the next push or the session's end: do not free
+ * it; after an error other than SGRT_E_NOT_FOUND it is NULL, and the session can go on. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_session_push(sgrt_context *context, sgrt_tof_session *session, const sgrt_view *taps,
+                                           double time_s, const sgrt_tof **result);
+SGRT_API void sgrt_tof_session_free(sgrt_tof_session *session);
+typedef struct sgrt_stereo_prior_options {
+  uint32_t struct_size;
+  int32_t follow;  /* 1: each result is the prior of the next push; default 0 */
+  double band_mm;  /* along the line of sight: what has moved further gets SGRT_REASON_MOVED; above 0, at most 1000; default 25 */
+} sgrt_stereo_prior_options;
+SGRT_API sgrt_status sgrt_stereo_prior_options_init(sgrt_stereo_prior_options *options, size_t size);
+/* Live mode: the pushes that follow search only near `prior` (a reference, an earlier surface, any cloud of chosen points; room
+ * axes), only where it lies in `roi`, and prefilter only what shows that. The grid is that part of the rectified left image;
+ * what of it lies beside the region is SGRT_REASON_OUT_OF_VOLUME. The prior says where to look, never what is found: a match
+ * must correlate and agree left-right as without it. prior NULL: as before. roi may be NULL: all of the prior. options may be NULL.
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 3 points of the prior lie in roi and where both cameras see. The session is as before. since 0.1 */
+SGRT_API sgrt_status sgrt_stereo_session_set_prior(sgrt_context *context, sgrt_stereo_session *session,
+                                                   const sgrt_surface *prior, const sgrt_roi *roi,
+                                                   const sgrt_stereo_prior_options *options);
 
 /* --------------------------------------------------------------------------------------------------- nurbs_curve */
 
@@ -1057,6 +1175,240 @@ SGRT_API sgrt_status sgrt_nurbs_fit_evaluate(sgrt_context *context, const sgrt_n
 SGRT_API sgrt_status sgrt_nurbs_fit_nearest(sgrt_context *context, const sgrt_nurbs_fit *fit, const sgrt_view *points,
                                             const sgrt_mut_view *uv);
 
+/* ----------------------------------------------------------------------------------------------------- curvature */
+
+/* Curvature, 1/mm, in one convention: the normal points outward (towards the sensor) and convex is positive, so that a sphere of
+ * radius R has k1 = k2 = H = 1/R and the tip of a nose H > 0. k1 >= k2 are the principal curvatures, H = (k1 + k2)/2 and
+ * K = k1 k2, the shape index S = 2/pi atan2(k1 + k2, k1 - k2) (+1 a cap, 0 a saddle, -1 a cup, NaN on a plane), the curvedness
+ * sqrt((k1^2 + k2^2)/2) (docs/theory/curvature.md). What is not known is NaN, with a reason. */
+
+/* The signs of H and K (fig. 10.7); zero is what does not exceed two sigma. */
+enum {
+  SGRT_HK_UNKNOWN = 0,
+  SGRT_HK_FLAT = 1,
+  SGRT_HK_PEAK = 2,          /* H > 0, K > 0: a convex cap */
+  SGRT_HK_PIT = 3,           /* H < 0, K > 0: a concave cup */
+  SGRT_HK_RIDGE = 4,         /* H > 0, K = 0 */
+  SGRT_HK_VALLEY = 5,        /* H < 0, K = 0 */
+  SGRT_HK_SADDLE_RIDGE = 6,  /* H > 0, K < 0 */
+  SGRT_HK_SADDLE_VALLEY = 7, /* H < 0, K < 0 */
+  SGRT_HK_MINIMAL = 8        /* H = 0, K < 0 */
+};
+
+/* Curvature of a curve at parameters (eq. 10.11): |c' x c''| / |c'|^3, whatever the parameter, and torsion. u: N. outside:
+ * SGRT_OUTSIDE_... plane_normal: NULL, or 3 numbers: the curvature is then signed, positive where the curve turns left as seen
+ * from the tip of the normal. curvature, torsion: f64, N, either may be NULL. Torsion is NaN where the curve is straight.
+ * SGRT_E_INVALID_ARGUMENT  a parameter outside the domain; a normal without length. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_nurbs_curve(const sgrt_nurbs_curve *curve, const sgrt_view *u, int32_t outside,
+                                                const double plane_normal[3], const sgrt_mut_view *curvature,
+                                                const sgrt_mut_view *torsion);
+
+/* The same of points sampled along a curve: N x 3, mm. closed: 1 where the last is followed by the first. A polynomial of `degree`
+ * (3 to 6) of the chord length is fitted to each point and `half_window` neighbours on each side. sigma_mm: of each coordinate,
+ * or 0; sigma_curvature tells what it does. Each output: f64, N, or NULL; NaN where points are absent (NaN), coincide or are too few.
+ * SGRT_E_INVALID_ARGUMENT   degree, half_window (fewer samples than unknowns), sigma_mm out of range
+ * SGRT_E_INSUFFICIENT_DATA  fewer than degree + 1 points. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_points(const sgrt_view *points_mm, int32_t closed, int32_t half_window, int32_t degree,
+                                           double sigma_mm, const double plane_normal[3],
+                                           const sgrt_mut_view *curvature, const sgrt_mut_view *torsion,
+                                           const sgrt_mut_view *sigma_curvature);
+
+/* What is wanted of N places; an array whose data is NULL is not. */
+typedef struct sgrt_curvature_samples {
+  uint32_t struct_size;
+  int32_t reserved;
+  sgrt_mut_view k1, k2, mean, gauss, shape_index, curvedness; /* f64, N */
+  sgrt_mut_view normals, d1, d2; /* f64, N x 3: outward normal, directions of k1 and k2; n, d1, d2 right-handed */
+  sgrt_mut_view hk;              /* u8, N: SGRT_HK_... */
+} sgrt_curvature_samples;
+/* Empties *samples and sets its struct_size. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_samples_init(sgrt_curvature_samples *samples, size_t size);
+/* Exact curvature of a NURBS surface at parameters uv: N x 2; its normal is S_u x S_v (eq. 10.12-10.17). All NaN at a pole.
+ * SGRT_E_INVALID_ARGUMENT  a parameter outside the domain; an output of another shape. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_nurbs_surface(sgrt_context *context, const sgrt_nurbs_surface *surface,
+                                                  const sgrt_view *uv, int32_t outside,
+                                                  const sgrt_curvature_samples *samples);
+
+/* Curvature at every point of a surface, with its uncertainty. Immutable. */
+typedef struct sgrt_curvature sgrt_curvature;
+
+typedef struct sgrt_curvature_options {
+  uint32_t struct_size;
+  int32_t degree;          /* of the fit to a point's neighbours, 2 to 4. Default 2 (normal sections are circles); 3 and 4 are jets */
+  double radius_mm;        /* of the neighbourhood; 0, the default: chosen at each place, where the predicted error is least */
+  double max_radius_mm;    /* of a chosen one; default 25 */
+  double noise_mm;         /* one sigma along the normal; 0, the default: the surface's sigma or covariance, or measured */
+  double max_sigma_per_mm; /* of H: above it nothing is said; default 0.1 */
+} sgrt_curvature_options;
+SGRT_API sgrt_status sgrt_curvature_options_init(sgrt_curvature_options *options, size_t size);
+
+/* Fits the shape about every point: cloud, organised grid or mesh (docs/theory/curvature.md eq. 10-18). The surface must have
+ * normals (outward is not guessed: see sgrt_surface_estimate_normals; a mesh has them). Points at one place count once.
+ * options may be NULL. *result is written for SGRT_OK only; free with sgrt_curvature_free. Uses the context's threads; the result
+ * does not depend on their number.
+ * SGRT_E_INVALID_ARGUMENT   no normals; an option out of range
+ * SGRT_E_INSUFFICIENT_DATA  not one point has curvature: the message says why
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_compute(sgrt_context *context, const sgrt_surface *surface,
+                                            const sgrt_curvature_options *options, sgrt_curvature **result);
+SGRT_API void sgrt_curvature_free(sgrt_curvature *result);
+
+/* Why a point has no curvature. */
+enum {
+  SGRT_CURVATURE_KNOWN = 0,
+  SGRT_CURVATURE_ABSENT = 1,      /* no point */
+  SGRT_CURVATURE_NO_NORMAL = 2,   /* what is outward is not known there */
+  SGRT_CURVATURE_TOO_FEW = 3,     /* fewer neighbours than unknowns, or on a line */
+  SGRT_CURVATURE_BORDER = 4,      /* neighbours on one side only: a border or a hole */
+  SGRT_CURVATURE_DISAGREE = 5,    /* neighbours have the opposite normal */
+  SGRT_CURVATURE_NOT_A_SHEET = 6, /* the neighbours are no height over any plane */
+  SGRT_CURVATURE_TOO_NOISY = 7    /* sigma of H above max_sigma_per_mm */
+};
+/* The word of a reason ("known", "border", ...); "unknown" for any other number. since 0.1 */
+SGRT_API const char *sgrt_curvature_reason_word(int32_t reason);
+
+typedef struct sgrt_curvature_info {
+  uint32_t struct_size;
+  int32_t reserved;
+  int64_t point_count, known_count, duplicate_count;
+  int64_t reason_count[8]; /* points by SGRT_CURVATURE_... */
+  int64_t height, width;   /* of the grid; 0 for a cloud or mesh */
+  double spacing_mm;       /* a point stands for the square of it */
+  double noise_mm;         /* one sigma along the normal that was used, the median; NaN where it could not be measured */
+} sgrt_curvature_info;
+SGRT_API sgrt_status sgrt_curvature_summary(const sgrt_curvature *result, sgrt_curvature_info *info);
+
+enum {
+  SGRT_CURVATURE_K1 = 1, /* f64, N or H x W, as all that follow unless said */
+  SGRT_CURVATURE_K2 = 2,
+  SGRT_CURVATURE_MEAN = 3,
+  SGRT_CURVATURE_GAUSS = 4,
+  SGRT_CURVATURE_SHAPE_INDEX = 5,
+  SGRT_CURVATURE_CURVEDNESS = 6,
+  SGRT_CURVATURE_SIGMA_K1 = 7, /* one sigma: noise, and the bias expected of the scale */
+  SGRT_CURVATURE_SIGMA_K2 = 8,
+  SGRT_CURVATURE_SIGMA_MEAN = 9,
+  SGRT_CURVATURE_SIGMA_GAUSS = 10,
+  SGRT_CURVATURE_SIGMA_SHAPE_INDEX = 11,
+  SGRT_CURVATURE_RADIUS = 12,  /* mm, of the neighbourhood */
+  SGRT_CURVATURE_NORMALS = 13, /* N x 3 or H x W x 3: of the fitted surface */
+  SGRT_CURVATURE_D1 = 14,      /* like them: direction of k1 */
+  SGRT_CURVATURE_D2 = 15,
+  SGRT_CURVATURE_HK = 16,      /* u8: SGRT_HK_... */
+  SGRT_CURVATURE_REASON = 17   /* u8: SGRT_CURVATURE_KNOWN ... */
+};
+/* Lends an array; it lives as long as the result. SGRT_E_INVALID_ARGUMENT  NULL, unknown field. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_array(const sgrt_curvature *result, int32_t field, sgrt_view *view);
+
+enum { SGRT_CREST_NONE = 0, SGRT_CREST_RIDGE = 1, SGRT_CREST_VALLEY = 2 };
+/* What stands out of the curvature of a surface (docs/theory/landmarks.md eq. 1-3). surface: the one that curvature is of. sigmas:
+ * how many of its own sigma a feature must stand out by, 0 to 100; 2 to 4 let noise make none. crest: u8, N or H x W: SGRT_CREST_...:
+ * points where k1 is greatest (ridge) or k2 least (valley) along its own direction. persistence: f64, like it, 1/mm: at a maximum of H
+ * above 0 how far H falls before a higher one is reached, at a minimum below 0 minus that, elsewhere NaN. Either may be NULL.
+ * SGRT_E_INVALID_ARGUMENT  another surface's size, an output of another shape. since 0.1 */
+SGRT_API sgrt_status sgrt_curvature_features(sgrt_context *context, const sgrt_surface *surface,
+                                             const sgrt_curvature *curvature, double sigmas, const sgrt_mut_view *crest,
+                                             const sgrt_mut_view *persistence);
+
+/* ------------------------------------------------------------------------------------------------ landmark_model */
+
+/* Named points of a body with their curvature and their places among each other, and how far both may differ: of any head, or of
+ * one patient's own reference, with the skin about each point (docs/theory/landmarks.md). Immutable. */
+typedef struct sgrt_landmark_model sgrt_landmark_model;
+
+/* Any adult head: nose_apex, ala_left, ala_right, nasion, nasolabial_left, nasolabial_right, nasofacial_left, nasofacial_right, chin,
+ * eye_inner_left, eye_inner_right (left and right are the patient's own). since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_head(sgrt_landmark_model **model);
+/* text: UTF-8 JSON of `size` bytes, schema "sgrt-landmark-model/1" (docs/formats.md).
+ * SGRT_E_FORMAT, SGRT_E_LIMIT  as sgrt_rig_from_json; fewer than 4 or more than 64 points. since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_from_json(const char *text, size_t size, sgrt_landmark_model **model);
+
+typedef struct sgrt_landmark_learn_options {
+  uint32_t struct_size;
+  int32_t count;   /* most points that are taken, where none are named; 4 to 64, default 12 */
+  double scale_mm; /* radius at which curvature is taken; 0, the default: from the surface's noise, at least 6 */
+  double patch_mm; /* radius of the skin that is kept about each point, 5 to 50; default 14 */
+} sgrt_landmark_learn_options;
+SGRT_API sgrt_status sgrt_landmark_learn_options_init(sgrt_landmark_learn_options *options, size_t size);
+/* A patient's own model from a reference surface with normals: the points of `named` that are found on it, under their names; or, where
+ * named is NULL, its most distinctive points (p01, p02 ...) of any region. Located again, such points are as sure as the skin about
+ * them. options may be NULL.
+ * SGRT_E_INVALID_ARGUMENT   no normals; an option out of range
+ * SGRT_E_NOT_FOUND          `named` is not on the surface, or fewer than 4 places stand out
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_learn(sgrt_context *context, const sgrt_surface *reference,
+                                               const sgrt_landmark_model *named,
+                                               const sgrt_landmark_learn_options *options, sgrt_landmark_model **model);
+SGRT_API void sgrt_landmark_model_free(sgrt_landmark_model *model);
+
+enum {
+  SGRT_LANDMARK_MODEL_JSON = 1, /* all numbers to the last bit */
+  SGRT_LANDMARK_MODEL_ID = 2,
+  SGRT_LANDMARK_MODEL_NAME = 3  /* of point `index` */
+};
+/* Lends a text; NULL where model is NULL, the field unknown or index out of range. since 0.1 */
+SGRT_API const char *sgrt_landmark_model_text(const sgrt_landmark_model *model, int32_t field, int32_t index);
+enum {
+  SGRT_LANDMARK_MODEL_POSITIONS = 1, /* f64, N x 3, mm, model frame (that of the reference) */
+  SGRT_LANDMARK_MODEL_NORMALS = 2,   /* f64, N x 3 */
+  SGRT_LANDMARK_MODEL_CURVATURE = 3, /* f64, N x 2: k1, k2, 1/mm */
+  SGRT_LANDMARK_MODEL_SIGMA = 4      /* f64, N, mm */
+};
+/* Lends an array; it lives as long as the model. since 0.1 */
+SGRT_API sgrt_status sgrt_landmark_model_array(const sgrt_landmark_model *model, int32_t field, sgrt_view *view);
+
+/* ----------------------------------------------------------------------------------------------------- landmarks */
+
+/* Landmarks located on a surface. Immutable. */
+typedef struct sgrt_landmarks sgrt_landmarks;
+
+typedef struct sgrt_landmarks_options {
+  uint32_t struct_size;
+  int32_t min_points; /* landmarks that must match a place that stands out; 3 to 64, default 4 */
+  double min_score;   /* 0 to 1, of the whole match; default 0.5 */
+  double noise_mm;    /* one sigma along the normal; 0, the default: the surface's own, or measured */
+} sgrt_landmarks_options;
+SGRT_API sgrt_status sgrt_landmarks_options_init(sgrt_landmarks_options *options, size_t size);
+
+/* Finds a model's landmarks on a live surface with normals: any pose, part of the body, no first guess
+ * (docs/theory/landmarks.md eq. 4-11). options may be NULL. *result is written for SGRT_OK and for statuses 10-19; free with
+ * sgrt_landmarks_free. Uses the context's threads; the result does not depend on their number.
+ * SGRT_E_INVALID_ARGUMENT   no normals; an option out of range
+ * SGRT_E_INSUFFICIENT_DATA  too few points for curvature
+ * SGRT_E_NOT_FOUND          nothing on the surface is like the model, or it fits in two ways; positions are NaN
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_landmarks_find(sgrt_context *context, const sgrt_surface *surface,
+                                         const sgrt_landmark_model *model, const sgrt_landmarks_options *options,
+                                         sgrt_landmarks **result);
+SGRT_API void sgrt_landmarks_free(sgrt_landmarks *result);
+
+typedef struct sgrt_landmarks_info {
+  uint32_t struct_size;
+  sgrt_status status;
+  int32_t point_count;      /* of the model */
+  int32_t found_count;      /* with a position; the others' place is not in view */
+  int32_t matched_count;    /* of those in view, that match a place that stands out */
+  int32_t seen_count;       /* places in view */
+  int32_t candidate_count;  /* places of the surface that stand out */
+  int32_t reserved;
+  double score;             /* 0 to 1, of the whole match */
+  double runner_up_score;   /* of the best match at another pose */
+  double live_from_model[16]; /* 4 x 4, of the model first scaled by size; NaN where not found */
+  double size;              /* of the body over the model's */
+  double scale_mm;          /* radius at which curvature was taken */
+  double noise_mm;
+} sgrt_landmarks_info;
+SGRT_API sgrt_status sgrt_landmarks_summary(const sgrt_landmarks *result, sgrt_landmarks_info *info);
+
+enum {
+  SGRT_LANDMARKS_POSITIONS = 1,  /* f64, N x 3, mm; NaN where not in view */
+  SGRT_LANDMARKS_COVARIANCE = 2, /* f64, N x 3 x 3, mm2 */
+  SGRT_LANDMARKS_SCORES = 3      /* f64, N, 0 to 1: how well what is there fits the model; near 0 it lies where the others let expect it */
+};
+SGRT_API sgrt_status sgrt_landmarks_array(const sgrt_landmarks *result, int32_t field, sgrt_view *view);
+enum { SGRT_LANDMARKS_NAME = 1, /* of point `index` */ SGRT_LANDMARKS_MESSAGE = 2 /* why not found; "" where it is */ };
+SGRT_API const char *sgrt_landmarks_text(const sgrt_landmarks *result, int32_t field, int32_t index);
+
 /* -------------------------------------------------------------------------------------------------------- volume */
 
 /* A closed body with the skin round it: what a planning CT or a structure set says of the patient. Immutable. */
@@ -1162,8 +1514,26 @@ typedef struct sgrt_icp_options {
   double weak_sigma_mm;     /* verdict `weak` when one sigma of a motion exceeds it (rotations at 100 mm); default 0.5 */
   double degenerate_sigma_mm; /* SGRT_E_DEGENERATE beyond it; default 5 */
   int32_t anywhere;         /* 1: assume nothing about the start (docs/theory/coarse.md); the first guess is not used. Default 0 */
+  int32_t residual;         /* SGRT_RESIDUAL_...; default SGRT_RESIDUAL_PLANE */
+  int32_t kernel;           /* SGRT_KERNEL_...; default SGRT_KERNEL_AUTO */
   int32_t reserved;
+  double keep_share;        /* of the pairs, the nearest; the others are trimmed; default 1 */
 } sgrt_icp_options;
+
+/* The defaults are the fast search; any other choice is textbook ICP on the same prepared reference: closest points, weights with a
+ * scale that shrinks from round to round, step (docs/theory/icp.md section 3). */
+enum {
+  SGRT_RESIDUAL_PLANE = 0,            /* distance to the closest surface along its normal */
+  SGRT_RESIDUAL_POINT_SVD = 1,        /* distance to the closest point; the motion in closed form by singular vectors ... */
+  SGRT_RESIDUAL_POINT_QUATERNION = 2, /* ... by a quaternion. Both need many more iterations */
+  SGRT_RESIDUAL_SYMMETRIC = 3         /* along the mean of both normals; live needs normals */
+};
+enum {
+  SGRT_KERNEL_AUTO = 0,  /* Tukey on the way, least squares on the inliers at the end; with another residual: Tukey */
+  SGRT_KERNEL_NONE = 1,  /* least squares */
+  SGRT_KERNEL_TUKEY = 2,
+  SGRT_KERNEL_WELSCH = 3
+};
 SGRT_API sgrt_status sgrt_icp_options_init(sgrt_icp_options *options, size_t size);
 
 /* Finds the rigid motion that lays `live` on `reference`: point-to-plane ICP with robust weights, refined with Ceres'
@@ -1257,6 +1627,104 @@ SGRT_API const char *sgrt_icp_text(const sgrt_icp *result, int32_t field, int32_
  * SGRT_E_DEGENERATE        motions that the shape leaves free. since 0.1 */
 SGRT_API sgrt_status sgrt_reference_predict(sgrt_context *context, const sgrt_reference *reference,
                                             const double isocentre_mm[3], double live_sigma_mm, sgrt_icp **result);
+/* Which region to track: what each candidate promises at the isocentre for live points as dense as the reference's, ranked, and a region
+ * that promises more (docs/theory/icp.md section 6). A handle of its own because its arrays have lengths of their own. */
+typedef struct sgrt_advice sgrt_advice;
+typedef struct sgrt_advice_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double live_sigma_mm; /* along the normal; default 0.3 */
+  double limit_mm;      /* a region whose predicted error exceeds it, or leaves a motion free, is flagged; default 1 */
+  double limit_deg;     /* default 0.5 */
+  double max_share;     /* of the reference's points that the proposal may take; 0, the default: that of the largest candidate, or 0.4 */
+} sgrt_advice_options;
+SGRT_API sgrt_status sgrt_advice_options_init(sgrt_advice_options *options, size_t size);
+
+/* candidates: count of them, 0 to 1,000; NULL only for 0. options may be NULL. Free with sgrt_advice_free.
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 6 usable points. SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_roi_advise(sgrt_context *context, const sgrt_surface *reference, const double isocentre_mm[3],
+                                     const sgrt_roi *const *candidates, int64_t count, const sgrt_advice_options *options,
+                                     sgrt_advice **result);
+SGRT_API void sgrt_advice_free(sgrt_advice *result);
+typedef struct sgrt_advice_info {
+  uint32_t struct_size;
+  int32_t candidate_count;
+  int32_t best;   /* of the candidates; -1 where there is none */
+  int32_t better; /* 1: the proposal promises more than every candidate */
+} sgrt_advice_info;
+SGRT_API sgrt_status sgrt_advice_summary(const sgrt_advice *result, sgrt_advice_info *info);
+enum {
+  SGRT_ADVICE_FORECAST = 1, /* f64, (count + 1) x 5, the last row the proposal: one sigma of the length of the shift at the isocentre, mm, and
+                               of the angle, deg; share of the reference's points; score (the two over their limits, squared, added, rooted);
+                               1 where flagged */
+  SGRT_ADVICE_ORDER = 2,    /* i32, count: the candidates, the best first */
+  SGRT_ADVICE_POLYGON = 3   /* f64, V x 2: the proposal, for sgrt_roi_from_polygon */
+};
+SGRT_API sgrt_status sgrt_advice_array(const sgrt_advice *result, int32_t field, sgrt_view *view);
+/* What candidate `index` (count: the proposal) sees worst, or leaves free: "slides along LNG". NULL where there is none. since 0.1 */
+SGRT_API const char *sgrt_advice_text(const sgrt_advice *result, int32_t index);
+
+/* -------------------------------------------------------------------------------------------------------- coarse */
+
+/* Result of a registration of landmarks. */
+typedef struct sgrt_coarse sgrt_coarse;
+
+typedef struct sgrt_coarse_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double sigma_mm;            /* of each coordinate of a landmark without a covariance; default 2 */
+  double min_share;           /* of the ids on both sides: fewer that agree are no answer; default 0.5 */
+  double weak_sigma_mm;       /* verdict `weak` beyond it, turns at 100 mm; default 5 */
+  double degenerate_sigma_mm; /* SGRT_E_DEGENERATE beyond it; default 10 */
+} sgrt_coarse_options;
+SGRT_API sgrt_status sgrt_coarse_options_init(sgrt_coarse_options *options, size_t size);
+
+/* Finds the rigid motion that lays landmarks of the live body on those of one id on the reference: weighted Procrustes on the pairs
+ * that agree, found by trying every triple (docs/theory/coarse.md section 2). Its pose is a start for sgrt_icp_align.
+ *
+ * reference_mm: N x 3, live_mm: M x 3, mm, one room frame. reference_ids, live_ids: i32, N and M; an id that occurs twice stands for
+ * candidates, of which at most one is right. ..._covariance_mm2: N x 3 x 3, M x 3 x 3, or NULL: options->sigma_mm.
+ * At most 64 pairs of one id. options may be NULL. *result is written for SGRT_OK and for statuses 10-19; free with sgrt_coarse_free.
+ *
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 3 ids on both sides
+ * SGRT_E_NOT_FOUND          no three agree, or too few of them (options->min_share)
+ * SGRT_E_DEGENERATE         the landmarks lie (nearly) on a line; or another motion explains as many
+ * SGRT_E_LIMIT              more than 64 pairs. SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_coarse_align(sgrt_context *context, const sgrt_view *reference_mm, const sgrt_view *reference_ids,
+                                       const sgrt_view *reference_covariance_mm2, const sgrt_view *live_mm,
+                                       const sgrt_view *live_ids, const sgrt_view *live_covariance_mm2,
+                                       const double isocentre_mm[3], const sgrt_coarse_options *options,
+                                       sgrt_coarse **result);
+SGRT_API void sgrt_coarse_free(sgrt_coarse *result);
+
+/* All numbers are NaN where no pose was found, but for the isocentre and the counts. */
+typedef struct sgrt_coarse_info {
+  uint32_t struct_size;
+  sgrt_status status;      /* as sgrt_coarse_align returned */
+  int32_t verdict;         /* SGRT_VERDICT_...; SGRT_COARSE_VERDICT tells why */
+  int32_t common_count;    /* ids on both sides */
+  int32_t used_count;      /* that agree on the motion */
+  int32_t runner_up_count; /* that agree on the best motion that differs from it */
+  double reference_from_live[16];
+  double isocentre_mm[3];
+  sgrt_patient_displacement displacement;
+  sgrt_couch_correction correction;
+  double covariance[36]; /* as sgrt_icp_info's */
+  double sigma_mm[3];
+  double sigma_deg[3];
+  double rms_mm; /* distance of the landmarks that agree */
+  double chi2;   /* reduced: 1 where they lie as far apart as their covariances predict */
+} sgrt_coarse_info;
+SGRT_API sgrt_status sgrt_coarse_summary(const sgrt_coarse *result, sgrt_coarse_info *info);
+
+enum {
+  SGRT_COARSE_DISTANCE = 1, /* f64, M: of each live landmark from its partner at the pose, mm; NaN without */
+  SGRT_COARSE_INLIER = 2    /* u8, M: 1 where it agrees */
+};
+SGRT_API sgrt_status sgrt_coarse_array(const sgrt_coarse *result, int32_t field, sgrt_view *view);
+enum { SGRT_COARSE_VERDICT = 1 /* "ok", "weak: ...", or why there is no pose */ };
+SGRT_API const char *sgrt_coarse_text(const sgrt_coarse *result, int32_t field);
+
 /* -------------------------------------------------------------------------------------------------------- deform */
 
 /* Result of a registration of a body that is not rigid. */
@@ -1346,7 +1814,7 @@ typedef struct sgrt_tracker_options {
   uint32_t struct_size;
   int32_t profile;      /* SGRT_PROFILE_...; default conventional */
   int32_t gated;        /* 1: the beam is on only inside the breathing window (DIBH); default 0 */
-  int32_t reserved;
+  int32_t search;       /* 1: a patient who is lost is looked for anywhere, too (docs/theory/coarse.md); default 1 */
   double tolerance_mm;  /* 0, the default: the profile's */
   double tolerance_deg; /* 0, the default: the profile's */
   double hysteresis;    /* after a hold the beam comes on at this share of the tolerance and of the window; default 0.8 */
@@ -1354,6 +1822,7 @@ typedef struct sgrt_tracker_options {
   double max_gap_s;     /* after a longer pause no motion is predicted, and the beam comes back as from a hold; default 1 */
   double gate_low_mm;   /* the window of the breathing amplitude; default -1.5 ... */
   double gate_high_mm;  /* ... 1.5 */
+  double search_every_s; /* between two searches anywhere, each of which takes as long as hundreds of frames; default 1 */
 } sgrt_tracker_options;
 SGRT_API sgrt_status sgrt_tracker_options_init(sgrt_tracker_options *options, size_t size);
 
@@ -1403,6 +1872,8 @@ typedef struct sgrt_tracker_info {
   double inlier_share;
   double breathing_mm;       /* amplitude over the reference along the patch's mean normal; NaN without gate_roi or points */
   double breathing_sigma_mm;
+  int32_t searched;          /* 1: the patient was looked for anywhere in this frame */
+  int32_t reserved;
 } sgrt_tracker_info;
 
 /* Takes one frame. live: may be NULL where the cameras had nothing: a frame without a pose. time_s: finite, must not decrease.
@@ -1553,6 +2024,30 @@ SGRT_API sgrt_status sgrt_laser_stripes_init(sgrt_laser_stripes *stripes, size_t
 SGRT_API sgrt_status sgrt_calibration_laser(sgrt_context *context, const sgrt_rig *rig, const char *laser_id,
                                             const sgrt_calibration_data *data, const sgrt_laser_stripes *stripes,
                                             const sgrt_calibration_options *options, sgrt_calibration **result);
+
+typedef struct sgrt_calibration_tof_options {
+  uint32_t struct_size;
+  int32_t amplitude_knots;   /* of the amplitude's term, 0 (none) to 100; default 8. Left out where amplitudes span less than 1.5 */
+  double board_mm[4];        /* the part of the board that is flat and bare: left, top, right, bottom in its plane. No default */
+  double knot_spacing_mm;    /* of the range correction, 1 to 1e4; default 50 */
+  double pixel_sigma_mm;     /* what the offset of a pixel may be; 0: no such term; default 10 */
+  sgrt_tof_options sensor;   /* how the frames are measured; its pixel_offset_mm is not used */
+} sgrt_calibration_tof_options;
+SGRT_API sgrt_status sgrt_calibration_tof_options_init(sgrt_calibration_tof_options *options, size_t size);
+
+/* The range error of a time-of-flight camera from a flat board at known poses (docs/theory/tof.md eq. 13-15): over the measured range
+ * (wiggling), over the amplitude, and of each pixel. Corrections that the rig holds are replaced. The lens is calibrated as any camera's.
+ * taps: `count` of them, a placement each, as sgrt_tof_measure. room_from_board: count x 4 x 4, the board's plane being z = 0; or absent:
+ * then data (NULL otherwise) tells where the rig's cameras saw the board's points in these `count` placements, and the poses come from
+ * that (sgrt_calibration_check). A placement without a pose does not count. The result's rig holds the corrections, and names
+ * "pixel-offset.npy" for those of the pixels (SGRT_CALIBRATION_PIXEL_OFFSET).
+ * SGRT_E_INVALID_ARGUMENT   unknown unit, taps of another shape, no rectangle
+ * SGRT_E_INSUFFICIENT_DATA  too few pixels saw the board
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_calibration_tof(sgrt_context *context, const sgrt_rig *rig, const char *tof_id,
+                                          const sgrt_view *taps, int32_t count, const sgrt_view *room_from_board,
+                                          const sgrt_calibration_data *data,
+                                          const sgrt_calibration_tof_options *options, sgrt_calibration **result);
 SGRT_API void sgrt_calibration_free(sgrt_calibration *result);
 
 /* Numbers are NaN where there is no answer. */
@@ -1573,7 +2068,8 @@ SGRT_API sgrt_status sgrt_calibration_summary(const sgrt_calibration *result, sg
 
 enum {
   SGRT_CALIBRATION_CORNERS = 1,   /* f64, K x 8: camera, placement, point, pixel x y, residual x y (seen less projected, px), 1 where it counts */
-  SGRT_CALIBRATION_COVARIANCE = 2 /* f64, P x P, of SGRT_CALIBRATION_PARAMETER 0 to P - 1; of sgrt_calibration_solve only */
+  SGRT_CALIBRATION_COVARIANCE = 2, /* f64, P x P, of SGRT_CALIBRATION_PARAMETER 0 to P - 1; of sgrt_calibration_solve only */
+  SGRT_CALIBRATION_PIXEL_OFFSET = 3 /* f32, H x W, mm, to be subtracted from the range; of sgrt_calibration_tof only */
 };
 /* Lends an array; it lives as long as the result. since 0.1 */
 SGRT_API sgrt_status sgrt_calibration_array(const sgrt_calibration *result, int32_t field, sgrt_view *view);

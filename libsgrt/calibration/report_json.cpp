@@ -196,4 +196,42 @@ std::string rig_with_provenance(const CalibrationData& data, const RoomResult& r
   return with_provenance(r.rig, json);
 }
 
+std::string report_json(const TofCalibration& r) {
+  Json json = head("tof", r.status, r.message, word_of(r.status));
+  json["unit"] = r.unit;
+  json["pixels"] = r.samples;
+  json["outliers"] = r.outliers;
+  const bool ok = r.status == Status::kOk;
+  json["rms_before_mm"] = number(ok ? r.rms_before : std::nan(""));
+  json["rms_after_mm"] = number(ok ? r.rms_after : std::nan(""));
+  json["expected_rms_mm"] = number(ok ? r.expected : std::nan(""));
+  json["placement_rms_mm"] = number(ok ? r.placement_rms : std::nan(""));
+  json["pixel_offset_rms_mm"] = number(ok ? r.pixel_rms : std::nan(""));
+  json["range_correction_sigma_mm"] = r.range_sigma;
+  json["placements"] = Json::array();
+  for (const TofPlacementFigures& p : r.placements)
+    json["placements"].push_back({{"name", p.name},
+                                  {"pixels", p.pixels},
+                                  {"range_mm", number(p.range)},
+                                  {"mean_before_mm", number(p.before)},
+                                  {"mean_after_mm", number(p.after)}});
+  json["warnings"] = r.warnings;
+  return json_text(json, "report");
+}
+
+std::string rig_with_provenance(const TofCalibration& r) {
+  Rig rig = r.rig;
+  for (TofUnit& unit : rig.tofs) {
+    if (unit.id == r.unit && !r.pixel_offset.empty()) unit.pixel_offset_file = "pixel-offset.npy";
+  }
+  const std::string text = rig_to_json(rig);
+  Json json = parse_json(text.data(), text.size(), "rig");  // what the rig came from stays
+  json["provenance"]["tof"][r.unit] = {{"made_by", "sgrt tof calibration"},
+                                       {"placements", r.placements.size()},
+                                       {"rms_after_mm", r.rms_after},
+                                       {"placement_rms_mm", r.placement_rms},
+                                       {"warnings", r.warnings}};
+  return json_text(json, "rig");
+}
+
 }  // namespace sgrt

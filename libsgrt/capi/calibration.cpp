@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "calibration/report.hpp"
-#include "capi/calibration.hpp"
 #include "capi/capi.hpp"
 #include "rig/uncertainty.hpp"
 
@@ -100,7 +99,7 @@ void read_sights(const sgrt_calibration_data& c, CalibrationData& data) {
 
 }  // namespace
 
-CalibrationData data_from_c(const sgrt_calibration_data* given) {
+CalibrationData from_c(const sgrt_calibration_data* given) {
   need(given, "data");
   const sgrt_calibration_data c = read_struct(given, empty_data(), "data.struct_size");
   check_range(c.camera_count, 1, 64, "data.camera_count");
@@ -128,14 +127,14 @@ CalibrationData data_from_c(const sgrt_calibration_data* given) {
   return data;
 }
 
-namespace {
-
 sgrt_calibration_info empty_info(Status status) {
   sgrt_calibration_info info{};
   info.status = static_cast<sgrt_status>(status);
   info.noise_px = info.rms_px = info.rms_all_px = info.expected_rms_px = kNan;
   return info;
 }
+
+namespace {
 
 void set_corners(const Bundle& bundle, const Scene& scene, const std::vector<std::string>& ids, const Rig& rig,
                  sgrt_calibration& handle) {
@@ -231,7 +230,7 @@ sgrt_status sgrt_calibration_solve(sgrt_context* context, const sgrt_calibration
                                    const sgrt_calibration_options* options, sgrt_calibration** result) {
   return guard([&] {
     need(result, "result");
-    const CalibrationData d = data_from_c(data);
+    const CalibrationData d = from_c(data);
     const Options o = from_c(options);
     const CalibrationResult r = calibrate(run_of(context), d, o.calibration);
     auto handle = handle_of(d, r);
@@ -255,7 +254,7 @@ sgrt_status sgrt_calibration_check(sgrt_context* context, const sgrt_rig* rig, c
   return guard([&] {
     need(rig, "rig");
     need(result, "result");
-    const CalibrationData d = data_from_c(data);
+    const CalibrationData d = from_c(data);
     const Options o = from_c(options);
     const CheckResult r = check_rig(run_of(context), rig->rig, d, o.calibration);
     auto handle = handle_of(d, r);
@@ -283,7 +282,7 @@ sgrt_status sgrt_calibration_room(sgrt_context* context, const sgrt_rig* const* 
       need(rigs[i], ("rigs[" + std::to_string(i) + "]").c_str());
       all.push_back(&rigs[i]->rig);
     }
-    const CalibrationData d = data_from_c(data);
+    const CalibrationData d = from_c(data);
     const Options o = from_c(options);
     const RoomResult r = room_from_phantom(run_of(context), all, d, o.room);
     auto handle = handle_of(d, r);
@@ -323,8 +322,13 @@ sgrt_status sgrt_calibration_array(const sgrt_calibration* result, int32_t field
       case SGRT_CALIBRATION_COVARIANCE:
         *view = n > 0 ? lend(result->covariance.data(), SGRT_F64, {n, n}) : sgrt_view{};
         break;
+      case SGRT_CALIBRATION_PIXEL_OFFSET:
+        *view = result->pixel_offset.empty()
+                    ? sgrt_view{}
+                    : lend(result->pixel_offset.data(), SGRT_F32, {result->height, result->width});
+        break;
       default:
-        refuse("field", std::to_string(field), "SGRT_CALIBRATION_CORNERS (1) or SGRT_CALIBRATION_COVARIANCE (2)");
+        refuse("field", std::to_string(field), "SGRT_CALIBRATION_CORNERS (1) to SGRT_CALIBRATION_PIXEL_OFFSET (3)");
     }
   });
 }

@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "calibration/calibrate.hpp"
 #include "capi/check.hpp"
 #include "capi/sized.hpp"
 #include "capi/view.hpp"
@@ -23,10 +24,15 @@
 #include "nurbs/curve.hpp"
 #include "nurbs/evaluate.hpp"
 #include "nurbs/fit.hpp"
+#include "registration/advisor.hpp"
 #include "registration/deform.hpp"
 #include "registration/icp.hpp"
+#include "registration/landmark_fit.hpp"
 #include "rig/rig.hpp"
+#include "shape/curvature.hpp"
+#include "shape/locate.hpp"
 #include "stereo/stereo.hpp"
+#include "tof/tof.hpp"
 #include "surface/temporal.hpp"
 #include "tracking/tracker.hpp"
 #include "volume/contours.hpp"
@@ -61,6 +67,18 @@ struct sgrt_stereo_session {
   sgrt_stereo lent;
 };
 
+// A result knows the sensor that made it, for its surface.
+struct sgrt_tof {
+  std::shared_ptr<const sgrt::TofSensor> sensor;
+  std::shared_ptr<const sgrt::TofResult> result;
+};
+
+struct sgrt_tof_session {
+  std::shared_ptr<sgrt::TofSensor> sensor;
+  double time_s;  // of the last push
+  sgrt_tof lent;
+};
+
 struct sgrt_filter_session {
   sgrt::TemporalFilter filter;
 };
@@ -87,6 +105,24 @@ struct sgrt_nurbs_fit {
   sgrt::NurbsFit fit;
 };
 
+struct sgrt_curvature {
+  sgrt::CurvatureField field;
+};
+
+// The arrays that a model and a result lend, packed.
+struct sgrt_landmark_model {
+  sgrt::LandmarkModel model;
+  sgrt::Points positions, normals;
+  std::vector<double> curvature, sigma;
+  mutable std::once_flag once;
+  mutable std::string json;
+};
+
+struct sgrt_landmarks {
+  sgrt::Landmarks landmarks;
+  std::vector<double> positions, covariance, scores;
+};
+
 struct sgrt_volume {
   sgrt::ClosedContours body;  // of a CT: its skin alone
 };
@@ -101,6 +137,17 @@ struct sgrt_calibration {
   std::string message, report, rig_json;  // no rig: empty
   std::vector<std::string> warnings, parameters;
   std::vector<double> corners, covariance;
+  std::vector<float> pixel_offset;  // height x width
+  std::int64_t height = 0, width = 0;
+};
+
+struct sgrt_advice {
+  sgrt::Advice advice;
+  std::vector<double> forecast;  // rows of five
+};
+
+struct sgrt_coarse {
+  sgrt::LandmarkFit fit;
 };
 
 struct sgrt_deform {
@@ -149,6 +196,14 @@ sgrt_icp_options to_c(const IcpOptions& o);
 IcpOptions from_c(const sgrt_icp_options& c);
 sgrt_patient_displacement to_c(const PatientDisplacement& d);
 sgrt_couch_correction to_c(const CouchCorrection& c);
+
+TapsView taps_of(const sgrt_view* view, const char* name);
+sgrt_tof_options to_c(const TofOptions& o);
+TofOptions from_c(const sgrt_tof_options& c);
+
+// Of the calls that share sgrt_calibration_data.
+CalibrationData from_c(const sgrt_calibration_data* given);
+sgrt_calibration_info empty_info(Status status);
 
 // A handle on a surface. Packs its modes.
 std::unique_ptr<sgrt_surface> handle_of(std::shared_ptr<const Surface> surface);

@@ -2,10 +2,9 @@
 #include "registration/deform.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "capi/capi.hpp"
+#include "capi/motion.hpp"
 
 namespace sgrt {
 namespace {
@@ -13,8 +12,6 @@ namespace {
 static_assert(static_cast<int>(DeformMode::kRigid) == SGRT_DEFORM_RIGID &&
               static_cast<int>(DeformMode::kSimilarity) == SGRT_DEFORM_SIMILARITY &&
               static_cast<int>(DeformMode::kField) == SGRT_DEFORM_FIELD);
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 sgrt_deform_options deform_defaults() {
   const DeformOptions o;
@@ -50,18 +47,8 @@ sgrt_deform_info summary_of(const DeformResult& d) {
   info.status = static_cast<sgrt_status>(r.status);
   info.verdict = static_cast<std::int32_t>(r.verdict);
   info.free_count = static_cast<std::int32_t>(std::min<std::size_t>(r.free.size(), 6));
-  pose_to_rows(r.reference_from_live, info.reference_from_live);
-  if (r.status != Status::kOk) {
-    std::fill_n(info.reference_from_live, 16, std::numeric_limits<double>::quiet_NaN());
-  }
   Eigen::Map<Vec3>(info.isocentre_mm) = r.isocentre;
-  info.displacement = to_c(r.displacement);
-  info.correction = to_c(r.correction);
-  Eigen::Map<Mat6>(info.covariance) = r.covariance.transpose();
-  for (int i = 0; i < 3; ++i) {
-    info.sigma_deg[i] = std::sqrt(r.covariance(i, i)) / kDegree;
-    info.sigma_mm[i] = std::sqrt(r.covariance(i + 3, i + 3));
-  }
+  write_motion(r, info);
   info.rms_mm = r.rms;
   info.inlier_share = r.inlier_share;
   info.rigid_share = d.rigid_share;
@@ -113,8 +100,7 @@ sgrt_status sgrt_deform_align(sgrt_context* context, const sgrt_surface* referen
     need(live, "live");
     need(result, "result");
     const Vec3 isocentre = place(isocentre_mm, "isocentre_mm");
-    const Pose initial =
-        initial_reference_from_live ? rigid(initial_reference_from_live, "initial_reference_from_live") : Pose{};
+    const Pose initial = start(initial_reference_from_live);
     const IcpOptions icp = from_c(read_struct(icp_options, to_c(IcpOptions{}), "icp_options.struct_size"));
     const DeformOptions o = from_c(read_struct(options, deform_defaults(), "options.struct_size"), icp);
     auto handle = std::make_unique<sgrt_deform>();

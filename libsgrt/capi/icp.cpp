@@ -2,9 +2,9 @@
 #include "registration/icp.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "capi/capi.hpp"
+#include "capi/motion.hpp"
 
 namespace sgrt {
 namespace {
@@ -12,8 +12,12 @@ namespace {
 static_assert(static_cast<int>(Verdict::kNone) == SGRT_VERDICT_NONE &&
               static_cast<int>(Verdict::kOk) == SGRT_VERDICT_OK &&
               static_cast<int>(Verdict::kWeak) == SGRT_VERDICT_WEAK);
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
+static_assert(static_cast<int>(Residual::kPointSvd) == SGRT_RESIDUAL_POINT_SVD &&
+              static_cast<int>(Residual::kPointQuaternion) == SGRT_RESIDUAL_POINT_QUATERNION &&
+              static_cast<int>(Residual::kSymmetric) == SGRT_RESIDUAL_SYMMETRIC &&
+              static_cast<int>(Kernel::kNone) == SGRT_KERNEL_NONE &&
+              static_cast<int>(Kernel::kTukey) == SGRT_KERNEL_TUKEY &&
+              static_cast<int>(Kernel::kWelsch) == SGRT_KERNEL_WELSCH);
 
 sgrt_icp_info summary_of(const IcpResult& r) {
   sgrt_icp_info info{};
@@ -22,17 +26,8 @@ sgrt_icp_info summary_of(const IcpResult& r) {
   info.iterations = r.iterations;
   info.pair_count = r.pair_count;
   info.free_count = static_cast<std::int32_t>(std::min<std::size_t>(r.free.size(), 6));
-  pose_to_rows(r.reference_from_live, info.reference_from_live);
-  if (!r.reference_from_live.t.allFinite())
-    std::fill_n(info.reference_from_live, 16, std::nan(""));  // the row 0 0 0 1 as well
   Eigen::Map<Vec3>(info.isocentre_mm) = r.isocentre;
-  info.displacement = to_c(r.displacement);
-  info.correction = to_c(r.correction);
-  Eigen::Map<Mat6>(info.covariance) = r.covariance.transpose();  // row-major
-  for (int i = 0; i < 3; ++i) {
-    info.sigma_deg[i] = std::sqrt(r.covariance(i, i)) / kDegree;
-    info.sigma_mm[i] = std::sqrt(r.covariance(i + 3, i + 3));
-  }
+  write_motion(r, info);
   for (int i = 0; i < info.free_count; ++i) Eigen::Map<Vec6>(info.free_motion + 6 * i) = r.free[i].motion;
   info.rms_mm = r.rms;
   info.inlier_share = r.inlier_share;
@@ -92,6 +87,9 @@ sgrt_icp_options to_c(const IcpOptions& o) {
   c.weak_sigma_mm = o.weak_sigma;
   c.degenerate_sigma_mm = o.degenerate_sigma;
   c.anywhere = o.anywhere ? 1 : 0;
+  c.residual = static_cast<std::int32_t>(o.residual);
+  c.kernel = static_cast<std::int32_t>(o.kernel);
+  c.keep_share = o.keep_share;
   return c;
 }
 
@@ -114,6 +112,12 @@ IcpOptions from_c(const sgrt_icp_options& c) {
   check_range(c.anywhere, 0, 1, "options.anywhere");
   check_reserved(c.reserved, "options.reserved");
   o.anywhere = c.anywhere != 0;
+  check_range(c.residual, SGRT_RESIDUAL_PLANE, SGRT_RESIDUAL_SYMMETRIC, "options.residual");
+  check_range(c.kernel, SGRT_KERNEL_AUTO, SGRT_KERNEL_WELSCH, "options.kernel");
+  check_positive(c.keep_share, 1, "options.keep_share");
+  o.residual = static_cast<Residual>(c.residual);
+  o.kernel = static_cast<Kernel>(c.kernel);
+  o.keep_share = c.keep_share;
   return o;
 }
 
@@ -125,6 +129,18 @@ sgrt_status sgrt_icp_options_init(sgrt_icp_options* options, size_t size) {
   return guard([&] { init_struct(options, size, to_c(IcpOptions{}), "options"); });
 }
 
+namespace {
+
+// The handle of a result, and its status.
+sgrt_status keep(IcpResult&& found, sgrt_icp** result) {
+  auto handle = std::make_unique<sgrt_icp>();
+  handle->result = std::move(found);
+  *result = handle.release();
+  return answer((*result)->result.status, (*result)->result.message.c_str());
+}
+
+}  // namespace
+
 sgrt_status sgrt_icp_align(sgrt_context* context, const sgrt_surface* reference, const sgrt_surface* live,
                            const double isocentre_mm[3], const sgrt_roi* roi,
                            const double initial_reference_from_live[16], const sgrt_icp_options* options,
@@ -134,14 +150,11 @@ sgrt_status sgrt_icp_align(sgrt_context* context, const sgrt_surface* reference,
     need(live, "live");
     need(result, "result");
     const Vec3 isocentre = place(isocentre_mm, "isocentre_mm");
-    const Pose initial =
-        initial_reference_from_live ? rigid(initial_reference_from_live, "initial_reference_from_live") : Pose{};
+    const Pose initial = start(initial_reference_from_live);
     const IcpOptions o = from_c(read_struct(options, to_c(IcpOptions{}), "options.struct_size"));
-    auto handle = std::make_unique<sgrt_icp>();
-    handle->result =
-        align(run_of(context), *reference->surface, *live->surface, isocentre, roi ? &roi->roi : nullptr, initial, o);
-    *result = handle.release();
-    return answer((*result)->result.status, (*result)->result.message.c_str());
+    return keep(
+        align(run_of(context), *reference->surface, *live->surface, isocentre, roi ? &roi->roi : nullptr, initial, o),
+        result);
   });
 }
 
@@ -168,13 +181,9 @@ sgrt_status sgrt_reference_align(sgrt_context* context, const sgrt_reference* re
     need(live, "live");
     need(result, "result");
     const Vec3 isocentre = place(isocentre_mm, "isocentre_mm");
-    const Pose initial =
-        initial_reference_from_live ? rigid(initial_reference_from_live, "initial_reference_from_live") : Pose{};
+    const Pose initial = start(initial_reference_from_live);
     const IcpOptions o = from_c(read_struct(options, to_c(IcpOptions{}), "options.struct_size"));
-    auto handle = std::make_unique<sgrt_icp>();
-    handle->result = align(run_of(context), *reference->reference, *live->surface, isocentre, initial, o);
-    *result = handle.release();
-    return answer((*result)->result.status, (*result)->result.message.c_str());
+    return keep(align(run_of(context), *reference->reference, *live->surface, isocentre, initial, o), result);
   });
 }
 
@@ -186,10 +195,7 @@ sgrt_status sgrt_reference_predict(sgrt_context* context, const sgrt_reference* 
     const Vec3 isocentre = place(isocentre_mm, "isocentre_mm");
     check_positive(live_sigma_mm, kMaxCoordinate, "live_sigma_mm");
     run_of(context);
-    auto handle = std::make_unique<sgrt_icp>();
-    handle->result = promise_of(*reference->reference, isocentre, live_sigma_mm);
-    *result = handle.release();
-    return answer((*result)->result.status, (*result)->result.message.c_str());
+    return keep(promise_of(*reference->reference, isocentre, live_sigma_mm), result);
   });
 }
 

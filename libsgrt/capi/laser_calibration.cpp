@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capi/calibration.hpp"
 #include "capi/laser.hpp"
 
 namespace sgrt {
@@ -82,7 +81,7 @@ sgrt_status sgrt_calibration_laser(sgrt_context* context, const sgrt_rig* rig, c
     need(stripes, "stripes");
     need(result, "result");
     if (!*laser_id) refuse("laser_id", "an empty text", "a name");
-    const CalibrationData d = data_from_c(data);
+    const CalibrationData d = from_c(data);
     const sgrt_laser_stripes given = read_struct(stripes, empty_stripes(), "stripes.struct_size");
     check_range(given.fixed, 0, 1, "stripes.fixed");
     sgrt_calibration_options defaults{};

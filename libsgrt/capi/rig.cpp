@@ -18,7 +18,7 @@ bool has(const std::vector<T>& list, std::int32_t index) {
 
 const char* text_of_rig(const sgrt_rig& handle, std::int32_t field, std::int32_t index) {
   const Rig& rig = handle.rig;
-  const bool pair = has(rig.pairs, index);
+  const bool pair = has(rig.pairs, index), tof = has(rig.tofs, index);
   switch (field) {
     case SGRT_RIG_JSON:
       return index == 0 ? handle.json.c_str() : nullptr;
@@ -34,9 +34,28 @@ const char* text_of_rig(const sgrt_rig& handle, std::int32_t field, std::int32_t
       return pair ? rig.cameras[rig.pairs[index].left].id.c_str() : nullptr;
     case SGRT_RIG_PAIR_RIGHT:
       return pair ? rig.cameras[rig.pairs[index].right].id.c_str() : nullptr;
+    case SGRT_RIG_TOF_ID:
+      return tof ? rig.tofs[index].id.c_str() : nullptr;
+    case SGRT_RIG_TOF_CAMERA:
+      return tof ? rig.cameras[rig.tofs[index].camera].id.c_str() : nullptr;
+    case SGRT_RIG_TOF_PIXEL_OFFSET:
+      return tof ? rig.tofs[index].pixel_offset_file.c_str() : nullptr;
     default:
       return nullptr;
   }
+}
+
+sgrt_rig_tof to_c(const TofUnit& unit) {
+  sgrt_rig_tof c{};
+  c.frequency_count = static_cast<std::int32_t>(unit.modulation_hz.size());
+  c.tap_count = static_cast<std::int32_t>(unit.tap_phase_rad.size());
+  c.differential = unit.differential ? 1 : 0;
+  std::copy(unit.modulation_hz.begin(), unit.modulation_hz.end(), c.modulation_hz);
+  std::copy(unit.tap_phase_rad.begin(), unit.tap_phase_rad.end(), c.tap_phase_rad);
+  c.electrons_per_count = unit.electrons_per_count;
+  c.read_noise_e = unit.read_noise_e;
+  c.refractive_index = unit.refractive_index;
+  return c;
 }
 
 sgrt_rig_camera to_c(const Camera& camera) {
@@ -94,6 +113,7 @@ sgrt_status sgrt_rig_summary(const sgrt_rig* rig, sgrt_rig_info* info) {
     sgrt_rig_info r{};
     r.camera_count = static_cast<std::int32_t>(rig->rig.cameras.size());
     r.pair_count = static_cast<std::int32_t>(rig->rig.pairs.size());
+    r.tof_count = static_cast<std::int32_t>(rig->rig.tofs.size());
     write_struct(info, r);
   });
 }
@@ -110,6 +130,18 @@ sgrt_status sgrt_rig_camera_get(const sgrt_rig* rig, int32_t index, sgrt_rig_cam
     if (!has(rig->rig.cameras, index))
       refuse("index", std::to_string(index), "a camera, 0 to " + std::to_string(rig->rig.cameras.size() - 1));
     write_struct(camera, to_c(rig->rig.cameras[index]));
+  });
+}
+
+sgrt_status sgrt_rig_tof_get(const sgrt_rig* rig, int32_t index, sgrt_rig_tof* tof) {
+  return guard([&] {
+    need(rig, "rig");
+    need(tof, "tof");
+    check_result(tof, "tof.struct_size");
+    if (!has(rig->rig.tofs, index))
+      refuse("index", std::to_string(index),
+             "a time-of-flight unit of the rig, which has " + std::to_string(rig->rig.tofs.size()));
+    write_struct(tof, to_c(rig->rig.tofs[index]));
   });
 }
 

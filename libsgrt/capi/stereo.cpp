@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "capi/capi.hpp"
+#include "stereo/prior.hpp"
 
 namespace sgrt {
 namespace {
@@ -18,6 +19,8 @@ static_assert(static_cast<int>(Reason::kNone) == SGRT_REASON_NONE &&
               static_cast<int>(Reason::kLeftRight) == SGRT_REASON_LEFT_RIGHT &&
               static_cast<int>(Reason::kAmbiguous) == SGRT_REASON_AMBIGUOUS &&
               static_cast<int>(Reason::kEdge) == SGRT_REASON_EDGE &&
+              static_cast<int>(Reason::kMoved) == SGRT_REASON_MOVED &&
+              static_cast<int>(Reason::kOccluded) == SGRT_REASON_OCCLUDED &&
               static_cast<int>(Reason::kCount) == SGRT_REASON_COUNT);
 
 sgrt_stereo_options to_c(const StereoOptions& o) {
@@ -48,6 +51,10 @@ StereoOptions from_c(const sgrt_stereo_options& c) {
   o.max_sigma = c.max_sigma_px;
   o.max_epipolar = c.max_epipolar_px;
   return o;
+}
+
+sgrt_stereo_prior_options to_c(const PriorOptions& o) {
+  return {sizeof(sgrt_stereo_prior_options), o.follow ? 1 : 0, o.band};
 }
 
 const StereoPair& pair_from(const sgrt_rig* rig, const char* pair_id) {
@@ -185,4 +192,21 @@ sgrt_status sgrt_stereo_session_push(sgrt_context* context, sgrt_stereo_session*
 
 void sgrt_stereo_session_free(sgrt_stereo_session* session) {
   guard([&] { delete session; });
+}
+
+sgrt_status sgrt_stereo_prior_options_init(sgrt_stereo_prior_options* options, size_t size) {
+  return guard([&] { init_struct(options, size, to_c(PriorOptions{}), "options"); });
+}
+
+sgrt_status sgrt_stereo_session_set_prior(sgrt_context* context, sgrt_stereo_session* session,
+                                          const sgrt_surface* prior, const sgrt_roi* roi,
+                                          const sgrt_stereo_prior_options* options) {
+  return guard([&] {
+    need(session, "session");
+    const auto c = read_struct(options, to_c(PriorOptions{}), "options.struct_size");
+    if (c.follow != 0 && c.follow != 1) refuse("follow", std::to_string(c.follow), "0 or 1");
+    if (!prior && roi) refuse("roi", "given without a prior", "NULL: it says which part of the prior counts");
+    session->matcher.set_prior(run_of(context), prior ? prior->surface.get() : nullptr, roi ? &roi->roi : nullptr,
+                               {c.band_mm, c.follow == 1});
+  });
 }

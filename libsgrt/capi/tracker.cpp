@@ -2,10 +2,10 @@
 #include "tracking/tracker.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "capi/capi.hpp"
+#include "capi/motion.hpp"
 
 namespace sgrt {
 namespace {
@@ -22,7 +22,6 @@ static_assert(static_cast<int>(Profile::kConventional) == SGRT_PROFILE_CONVENTIO
               static_cast<int>(TrackState::kTracking) == SGRT_TRACK_TRACKING &&
               static_cast<int>(TrackState::kFound) == SGRT_TRACK_FOUND);
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMaxSeconds = 1e6;
 
@@ -32,6 +31,8 @@ sgrt_tracker_options tracker_defaults() {
   c.struct_size = sizeof c;
   c.profile = static_cast<std::int32_t>(o.profile);
   c.gated = o.gated ? 1 : 0;
+  c.search = o.search ? 1 : 0;
+  c.search_every_s = o.search_every;
   c.tolerance_mm = o.tolerance_mm;
   c.tolerance_deg = o.tolerance_deg;
   c.hysteresis = o.hysteresis;
@@ -46,7 +47,8 @@ TrackerOptions from_c(const sgrt_tracker_options& c, const IcpOptions& icp) {
   TrackerOptions o;
   check_range(c.profile, SGRT_PROFILE_CONVENTIONAL, SGRT_PROFILE_SRS, "options.profile");
   check_range(c.gated, 0, 1, "options.gated");
-  check_reserved(c.reserved, "options.reserved");
+  check_range(c.search, 0, 1, "options.search");
+  check_range(c.search_every_s, 0, kMaxSeconds, "options.search_every_s");
   check_range(c.tolerance_mm, 0, kMaxCoordinate, "options.tolerance_mm");
   check_range(c.tolerance_deg, 0, 180, "options.tolerance_deg");
   check_positive(c.hysteresis, 1, "options.hysteresis");
@@ -58,6 +60,8 @@ TrackerOptions from_c(const sgrt_tracker_options& c, const IcpOptions& icp) {
     refuse("options.gate_low_mm", text_of(c.gate_low_mm), "less than gate_high_mm, " + text_of(c.gate_high_mm));
   o.profile = static_cast<Profile>(c.profile);
   o.gated = c.gated != 0;
+  o.search = c.search != 0;
+  o.search_every = c.search_every_s;
   o.tolerance_mm = c.tolerance_mm;
   o.tolerance_deg = c.tolerance_deg;
   o.hysteresis = c.hysteresis;
@@ -81,20 +85,13 @@ sgrt_tracker_info to_c(const TrackFrame& f) {
   info.iterations = r.iterations;
   info.frame = f.index;
   info.time_s = f.time;
-  pose_to_rows(r.reference_from_live, info.reference_from_live);
-  if (r.status != Status::kOk) std::fill_n(info.reference_from_live, 16, kNan);
-  info.displacement = to_c(r.displacement);
-  info.correction = to_c(r.correction);
+  write_motion(r, info);
   info.drift = to_c(f.drift);
-  Eigen::Map<Mat6>(info.covariance) = r.covariance.transpose();
-  for (int i = 0; i < 3; ++i) {
-    info.sigma_deg[i] = std::sqrt(r.covariance(i, i)) / kDegree;
-    info.sigma_mm[i] = std::sqrt(r.covariance(i + 3, i + 3));
-  }
   info.rms_mm = r.rms;
   info.inlier_share = r.inlier_share;
   info.breathing_mm = f.breathing.mm;
   info.breathing_sigma_mm = f.breathing.sigma;
+  info.searched = f.searched ? 1 : 0;
   return info;
 }
 
@@ -118,18 +115,20 @@ sgrt_tracker_info no_frame(sgrt_status status, double time_s) {
   return info;
 }
 
-std::string words_of_hold(int hold) {
+// Into a text that keeps its memory from frame to frame.
+void say_hold(int hold, std::string& words) {
   constexpr std::pair<int, const char*> kWords[] = {{kHoldNoPose, "no pose"},
                                                     {kHoldWeak, "a pose that is not certain enough"},
                                                     {kHoldTranslation, "the translation is beyond tolerance"},
                                                     {kHoldRotation, "the rotation is beyond tolerance"},
                                                     {kHoldBreathing, "the breathing is outside the window"},
                                                     {kHoldReturning, "coming back"}};
-  std::string words;
+  words.clear();
   for (const auto& [bit, text] : kWords) {
-    if ((hold & bit) != 0) words += (words.empty() ? "" : "; ") + std::string(text);
+    if ((hold & bit) == 0) continue;
+    if (!words.empty()) words += "; ";
+    words += text;
   }
-  return words;
 }
 
 }  // namespace
@@ -168,9 +167,9 @@ sgrt_status sgrt_tracker_push(sgrt_context* context, sgrt_tracker* tracker, cons
     write_struct(info, no_frame(SGRT_E_INTERNAL, time_s));  // whatever happens now, the beam holds
     try {
       need(tracker, "tracker");
-      tracker->hold_words = words_of_hold(kHoldNoPose);
+      say_hold(kHoldNoPose, tracker->hold_words);
       const TrackFrame& frame = tracker->tracker.push(run_of(context), live ? live->surface.get() : nullptr, time_s);
-      tracker->hold_words = words_of_hold(frame.hold);
+      say_hold(frame.hold, tracker->hold_words);
       write_struct(info, to_c(frame));
       return answer(frame.icp.status, frame.icp.message.c_str());
     } catch (const Error& error) {

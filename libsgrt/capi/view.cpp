@@ -49,6 +49,8 @@ bool is_kind(std::int32_t dtype, Kind kind) {
       return dtype == SGRT_U8 || dtype == SGRT_U16 || dtype == SGRT_F32;
     case Kind::kVoxels:
       return dtype == SGRT_I16 || dtype == SGRT_U16 || dtype == SGRT_U8 || dtype == SGRT_F32;
+    case Kind::kTaps:
+      return dtype == SGRT_U16 || dtype == SGRT_I16 || dtype == SGRT_F32;
   }
   return false;
 }
@@ -63,6 +65,8 @@ const char* kind_text(Kind kind) {
       return "uint8, uint16 or float32";
     case Kind::kVoxels:
       return "int16, uint16, uint8 or float32";
+    case Kind::kTaps:
+      return "uint16, int16 or float32";
   }
   return "";
 }

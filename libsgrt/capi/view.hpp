@@ -12,7 +12,7 @@
 
 namespace sgrt {
 
-enum class Kind { kReal, kIndex, kImage, kVoxels };  // f32 f64 | i32 | u8 u16 f32 | i16 u16 u8 f32
+enum class Kind { kReal, kIndex, kImage, kVoxels, kTaps };  // f32 f64 | i32 | u8 u16 f32 | i16 u16 u8 f32 | u16 i16 f32
 
 constexpr std::int64_t kAny = -1;  // a side of any length
 

@@ -28,47 +28,51 @@ struct ReferencePart {
   Mat6 false_part = Mat6::Zero();  // the information that noise in its normals makes up
 };
 
+void clear_weights(const SurfelField& field, Workspace& work) {
+  work.weights.resize(field.levels.size());
+  for (std::size_t k = 0; k < work.weights.size(); ++k) work.weights[k].assign(field.levels[k].surfels.size(), 0);
+}
+
 // Weights of the pairs on each surfel.
-std::vector<std::vector<double>> weights_of(const SurfelField& field, const Workspace& work) {
-  std::vector<std::vector<double>> out(field.levels.size());
-  for (std::size_t k = 0; k < out.size(); ++k) out[k].assign(field.levels[k].surfels.size(), 0);
+void fill_weights(const SurfelField& field, Workspace& work) {
+  clear_weights(field, work);
   const LivePoints& live = work.live;
   for (std::size_t i = 0; i < static_cast<std::size_t>(live.count); ++i) {
     if (!(work.w[i] > 0) || work.surfel[i] < 0) continue;
     const double v = (live.v.empty() ? live.v_all : live.v[i]) + surfel_of(field, work.surfel[i]).variance;
-    out[static_cast<std::size_t>(level_of(work.surfel[i]))][index_of(work.surfel[i])] += work.w[i] / v;
+    work.weights[static_cast<std::size_t>(level_of(work.surfel[i]))][index_of(work.surfel[i])] += work.w[i] / v;
   }
-  return out;
 }
 
-ReferencePart reference_part(const Reference& reference, const std::vector<std::vector<double>>& weights) {
+ReferencePart reference_part(const Reference& reference, Workspace& work) {
   const SurfelField& field = reference.field;
   const auto top = std::min<std::size_t>(kMacro, field.levels.size() - 1);
   const SurfelLevel& macro = field.levels[top];
-  std::vector<Vec6> G(macro.surfels.size(), Vec6::Zero());
-  std::vector<double> W(macro.surfels.size(), 0);
+  work.macro_sum.assign(macro.surfels.size(), Vec6::Zero());
+  work.macro_weight.assign(macro.surfels.size(), 0);
   for (std::size_t level = 0; level <= top; ++level) {
-    for (std::size_t i = 1; i < weights[level].size(); ++i) {
-      const double w = weights[level][i];
+    for (std::size_t i = 1; i < work.weights[level].size(); ++i) {
+      const double w = work.weights[level][i];
       if (!(w > 0)) continue;
       std::size_t m = i;
       for (std::size_t k = level; k < top; ++k) m = static_cast<std::size_t>(field.levels[k].parent[m]);
       const kernels::Surfel& s = field.levels[level].surfels[i];
-      G[m] += w * row_of(point_of(s), normal_of(s));
-      W[m] += w;
+      work.macro_sum[m] += w * row_of(point_of(s), normal_of(s));
+      work.macro_weight[m] += w;
     }
   }
   ReferencePart out;
-  for (std::size_t m = 1; m < W.size(); ++m) {
-    if (!(W[m] > 0)) continue;
+  for (std::size_t m = 1; m < work.macro_weight.size(); ++m) {
+    if (!(work.macro_weight[m] > 0)) continue;
     const kernels::Surfel& s = macro.surfels[m];
     const double variance = macro.noise[m] * reference.correlation_points;
-    out.score += variance / std::max(1.0F, macro.samples[m]) * G[m] * G[m].transpose();
+    const Vec6& G = work.macro_sum[m];
+    out.score += variance / std::max(1.0F, macro.samples[m]) * G * G.transpose();
     const double slope = macro.slope_variance[m] * std::max<double>(variance, field.roughness2);
     const Vec3 n = normal_of(s);
     Eigen::Matrix<double, 6, 3> D;  // dJ / dn
     D << skew(point_of(s)), Mat3::Identity();
-    out.false_part += W[m] * slope * D * (Mat3::Identity() - n * n.transpose()) * D.transpose();
+    out.false_part += work.macro_weight[m] * slope * D * (Mat3::Identity() - n * n.transpose()) * D.transpose();
   }
   return out;
 }
@@ -95,56 +99,52 @@ Motions free_motions(const Sums& s, const Mat6& false_part, double lever, const 
   return free;
 }
 
-struct Cause {
-  const Points* live = nullptr;  // mm at one sigma, a row a point
-  const std::vector<std::vector<float>>* reference = nullptr;
-};
-
-// Each mode of either surface, those of one name together: one draw moves both (eq. 15).
-std::vector<Cause> causes_of(const Reference& reference, const Surface& live) {
-  std::vector<Cause> out;
-  std::vector<bool> taken(reference.modes.size(), false);
-  for (std::size_t k = 0; k < live.modes.size(); ++k) {
-    Cause cause{&live.modes[k], nullptr};
-    for (std::size_t j = 0; k < live.mode_names.size() && j < reference.mode_names.size(); ++j) {
-      if (taken[j] || live.mode_names[k].empty() || live.mode_names[k] != reference.mode_names[j]) continue;
-      cause.reference = &reference.modes[j];
-      taken[j] = true;
-      break;
-    }
-    out.push_back(cause);
+// The mode of the reference that has this name and is not yet taken; -1: none.
+int namesake(const Reference& reference, const std::string& name, unsigned taken) {
+  for (std::size_t j = 0; j < reference.mode_names.size(); ++j) {
+    if ((taken >> j & 1) == 0 && !name.empty() && name == reference.mode_names[j]) return static_cast<int>(j);
   }
-  for (std::size_t j = 0; j < taken.size(); ++j) {
-    if (!taken[j]) out.push_back({nullptr, &reference.modes[j]});
-  }
-  return out;
+  return -1;
 }
 
-// The pose error that one draw of a cause makes, as an outer product (eq. 15).
+// The pose error that one draw of a cause makes, as an outer product: of a mode of the live surface, of one of the
+// reference, or of both where one draw moves both (eq. 15).
+Mat6 of_cause(const Reference& reference, const Surface& live, const Points* live_mode, int reference_mode,
+              const Pose& T, const Mat6& inverse, const Workspace& work) {
+  const SurfelField& field = reference.field;
+  Vec6 g = Vec6::Zero();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(work.live.count); ++i) {
+    const std::int32_t code = work.surfel[i];
+    if (!(work.w[i] > 0) || code < 0) continue;
+    const kernels::Surfel& s = surfel_of(field, code);
+    Vec3 u = Vec3::Zero();
+    if (live_mode != nullptr) u += T.R * live_mode->row(work.live.row[i]).transpose();
+    if (reference_mode >= 0) {
+      const auto& mode = reference.modes[static_cast<std::size_t>(reference_mode)];
+      const float* of = &mode[static_cast<std::size_t>(level_of(code))][3 * index_of(code)];
+      u -= Vec3(of[0], of[1], of[2]);
+    }
+    if (!u.allFinite()) continue;
+    const Vec3 y = T * live.point(work.live.row[i]) - field.centre, n = normal_of(s);
+    const double v = (work.live.v.empty() ? work.live.v_all : work.live.v[i]) + s.variance;
+    g += work.w[i] / v * n.dot(u) * row_of(y, n);
+  }
+  const Vec6 error = inverse * g;
+  return error * error.transpose();
+}
+
 Mat6 mode_covariance(const Reference& reference, const Surface& live, const Pose& T, const Mat6& inverse,
                      const Workspace& work) {
-  const std::vector<Cause> causes = causes_of(reference, live);
   Mat6 sum = Mat6::Zero();
-  const SurfelField& field = reference.field;
-  for (const Cause& cause : causes) {
-    Vec6 g = Vec6::Zero();
-    for (std::size_t i = 0; i < static_cast<std::size_t>(work.live.count); ++i) {
-      const std::int32_t code = work.surfel[i];
-      if (!(work.w[i] > 0) || code < 0) continue;
-      const kernels::Surfel& s = surfel_of(field, code);
-      Vec3 u = Vec3::Zero();
-      if (cause.live != nullptr) u += T.R * cause.live->row(work.live.row[i]).transpose();
-      if (cause.reference != nullptr) {
-        const float* of = &(*cause.reference)[static_cast<std::size_t>(level_of(code))][3 * index_of(code)];
-        u -= Vec3(of[0], of[1], of[2]);
-      }
-      if (!u.allFinite()) continue;
-      const Vec3 y = T * live.point(work.live.row[i]) - field.centre, n = normal_of(s);
-      const double v = (work.live.v.empty() ? work.live.v_all : work.live.v[i]) + s.variance;
-      g += work.w[i] / v * n.dot(u) * row_of(y, n);
-    }
-    const Vec6 error = inverse * g;
-    sum += error * error.transpose();
+  unsigned taken = 0;
+  static_assert(kMaxModes <= 32);
+  for (std::size_t k = 0; k < live.modes.size(); ++k) {
+    const int j = k < live.mode_names.size() ? namesake(reference, live.mode_names[k], taken) : -1;
+    if (j >= 0) taken |= 1U << j;
+    sum += of_cause(reference, live, &live.modes[k], j, T, inverse, work);
+  }
+  for (std::size_t j = 0; j < reference.modes.size(); ++j) {
+    if ((taken >> j & 1) == 0) sum += of_cause(reference, live, nullptr, static_cast<int>(j), T, inverse, work);
   }
   return sum;
 }
@@ -154,21 +154,21 @@ Mat6 symmetric(const Mat6& m) {
 }
 
 // The covariance's principal directions with turns at kTurnLever, the least certain first.
-std::vector<Direction> directions_of(const Mat6& covariance, const Vec3& isocentre) {
+void fill_directions(const Mat6& covariance, std::array<Direction, 6>& out) {
   Vec6 unit;
   unit << Vec3::Constant(kTurnLever), Vec3::Ones();
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(unit.asDiagonal() * covariance * unit.asDiagonal());
-  std::vector<Direction> out;
-  for (int i = 5; i >= 0; --i) {
-    Vec6 motion = eigen.eigenvectors().col(i);
+  for (int i = 0; i < 6; ++i) {
+    Vec6 motion = eigen.eigenvectors().col(5 - i);
     int largest;
     motion.cwiseAbs().maxCoeff(&largest);
     if (motion[largest] < 0) motion = -motion;
-    const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
     motion.head<3>() /= kTurnLever;
-    out.push_back({motion, sigma, kDetect * sigma, words_of(motion, isocentre)});
+    Direction& d = out[static_cast<std::size_t>(i)];
+    d.motion = motion;
+    d.sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[5 - i]));
+    d.detectable = kDetect * d.sigma;
   }
-  return out;
 }
 
 Motions too_loose(const Mat6& covariance, double degenerate_sigma) {
@@ -185,12 +185,12 @@ Motions too_loose(const Mat6& covariance, double degenerate_sigma) {
 }
 
 // Names the free motions; false where there are any.
-bool determined(const Reference& reference, const Sums& sums, const ReferencePart& part, const Vec3& isocentre,
+bool determined(const Reference& reference, const Sums& sums, const Mat6& false_part, const Vec3& isocentre,
                 Certificate& c) {
   c.covariance.setConstant(kNan);
   c.random = c.shared = c.covariance;
   const Mat6 iso_from_centre = adjoint(Pose{Mat3::Identity(), reference.field.centre - isocentre});
-  c.free = name_motions(free_motions(sums, part.false_part, reference.field.lever, iso_from_centre), isocentre);
+  c.free = name_motions(free_motions(sums, false_part, reference.field.lever, iso_from_centre), isocentre);
   return c.free.empty();
 }
 
@@ -205,7 +205,7 @@ void finish(const Reference& reference, const Mat6& random, const Mat6& shared, 
   c.covariance = covariance;
   c.random = at_isocentre(random);
   c.shared = at_isocentre(shared);
-  c.directions = directions_of(covariance, isocentre);
+  fill_directions(covariance, c.directions);
 }
 
 }  // namespace
@@ -225,8 +225,9 @@ Certificate certify(const Run& run, const Reference& reference, const Surface& l
 
   Certificate c;
   c.chi2 = sums.chi / sums.weight * sums.pairs / std::max(1.0, sums.pairs - 6);
-  const ReferencePart part = reference_part(reference, weights_of(field, work));
-  if (!determined(reference, sums, part, isocentre, c)) return c;
+  fill_weights(field, work);
+  const ReferencePart part = reference_part(reference, work);
+  if (!determined(reference, sums, part.false_part, isocentre, c)) return c;
   const Mat6 inverse = (sums.A - part.false_part).ldlt().solve(Mat6::Identity());
   const double misfit = std::max(1.0, c.chi2);
   finish(reference, live.correlation_points * misfit * inverse * score.A * inverse,
@@ -235,30 +236,36 @@ Certificate certify(const Run& run, const Reference& reference, const Surface& l
   return c;
 }
 
-Certificate predict(const Reference& reference, const Vec3& isocentre, double live_sigma, double degenerate_sigma) {
+Outlook outlook_of(const Reference& reference, const std::uint8_t* marked, double live_sigma, Workspace& work) {
   const SurfelField& field = reference.field;
   const SurfelLevel& level = field.levels[0];
-  std::vector<std::vector<double>> weights(field.levels.size());
-  for (std::size_t k = 0; k < weights.size(); ++k) weights[k].assign(field.levels[k].surfels.size(), 0);
-  Sums sums;
-  Mat6 score = Mat6::Zero();
+  clear_weights(field, work);
+  Outlook out;
   const double v_live = live_sigma * live_sigma;
   for (std::size_t i = 1; i < level.surfels.size(); ++i) {
     const kernels::Surfel& s = level.surfels[i];
-    if (!(s.counts > 0)) continue;
+    if (marked != nullptr ? marked[i] == 0 : !(s.counts > 0)) continue;
     const Vec6 j = row_of(point_of(s), normal_of(s));
     const double n = level.samples[i], v = v_live + s.variance;
-    weights[0][i] = n / v;
-    sums.A += n / v * j * j.transpose();
-    score += n * v_live / (v * v) * j * j.transpose();
-    sums.pairs += n;
+    work.weights[0][i] = n / v;
+    const Mat6 jj = j * j.transpose();
+    out.sums.A += n / v * jj;
+    out.live_score += n * v_live / (v * v) * jj;
+    out.sums.pairs += n;
   }
+  const ReferencePart part = reference_part(reference, work);
+  out.reference_score = part.score;
+  out.false_part = part.false_part;
+  return out;
+}
+
+Certificate predict(const Reference& reference, const Outlook& o, const Vec3& isocentre, double degenerate_sigma) {
   Certificate c;
   c.chi2 = 1;
-  const ReferencePart part = reference_part(reference, weights);
-  if (!determined(reference, sums, part, isocentre, c)) return c;
-  const Mat6 inverse = (sums.A - part.false_part).ldlt().solve(Mat6::Identity());
-  finish(reference, inverse * score * inverse, inverse * part.score * inverse, isocentre, degenerate_sigma, c);
+  if (!determined(reference, o.sums, o.false_part, isocentre, c)) return c;
+  const Mat6 inverse = (o.sums.A - o.false_part).ldlt().solve(Mat6::Identity());
+  finish(reference, inverse * o.live_score * inverse, inverse * o.reference_score * inverse, isocentre,
+         degenerate_sigma, c);
   return c;
 }
 

@@ -3,6 +3,7 @@
 // reference adds to the information is taken off before anything is called determined. docs/theory/icp.md eq. 10-16.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -12,10 +13,11 @@
 namespace sgrt {
 
 struct Certificate {
-  std::vector<FreeMotion> free;       // motions that the surfaces do not determine
-  std::vector<Direction> directions;  // the six independent ones of the covariance, the least certain first
-  Mat6 covariance, random, shared;    // (rotation rad, translation mm) at the isocentre; NaN with free motions
-  double chi2;                        // reduced: 1 when the residuals are as the points' noise predicts
+  std::vector<FreeMotion> free;  // motions that the surfaces do not determine
+  std::array<Direction, 6>
+      directions;                   // the independent ones of the covariance, the least certain first; without words
+  Mat6 covariance, random, shared;  // (rotation rad, translation mm) at the isocentre; NaN with free motions
+  double chi2;                      // reduced: 1 when the residuals are as the points' noise predicts
 };
 
 // sums, work.w: of the last round of the search at about this pose. Fills work.r and work.surfel.

@@ -2,12 +2,15 @@
 #include "registration/icp.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "registration/certificate.hpp"
+#include "registration/classic.hpp"
 #include "registration/coarse.hpp"
 #include "registration/judge.hpp"
 #include "registration/predict.hpp"
 #include "registration/search.hpp"
+#include "registration/words.hpp"
 
 namespace sgrt {
 namespace {
@@ -21,6 +24,9 @@ void check(const Vec3& isocentre, const IcpOptions& o) {
   require(isocentre.allFinite(), "isocentre_mm is not finite");
   if (o.max_iterations < 1) {
     fail(Status::kInvalidArgument, "max_iterations is " + std::to_string(o.max_iterations) + ", expected at least 1");
+  }
+  if (!(o.keep_share > 0 && o.keep_share <= 1)) {
+    fail(Status::kInvalidArgument, "keep_share is " + text_of(o.keep_share) + ", expected above 0, to 1");
   }
   positive(o.max_distance, "max_distance_mm");
   positive(o.step_tolerance, "step_tolerance_mm");
@@ -47,7 +53,7 @@ bool too_few(const Search& s, IcpResult& result) {
   return true;
 }
 
-void solve(const Run& run, const Reference& reference, const Surface& live, const Pose& initial,
+void solve(const Run& run, const Reference& reference, const Surface& live, const Pose& initial, double start_error,
            const IcpOptions& options, Workspace& work, IcpResult& result) {
   read_live(live, work.live);
   if (work.live.count < kMinPairs) {
@@ -68,38 +74,55 @@ void solve(const Run& run, const Reference& reference, const Surface& live, cons
     if (coarse.status == Status::kNotFound) return give_up(result, coarse.status, coarse.message);
   }
   const Pose& start = options.anywhere ? coarse.pose : initial;
-  const Search s = search(run, reference, live, start, result.isocentre, options, work);
+  const Search s = is_classic(options)
+                       ? classic_search(run, reference, live, start, options, work)
+                       : search(run, reference, live, start, start_error, result.isocentre, options, work);
   if (too_few(s, result)) return;
   if (work.w.size() != work.live.x.size()) work.w.assign(work.live.x.size(), 0.0F);
   const Certificate c = certify(run, reference, live, s.pose, s.sums, result.isocentre, options, s.limit, work);
   judge(reference, s, c, start, options, work, result);
   // A free motion says more than that two poses fit alike.
   if (coarse.status == Status::kOk || result.status != Status::kOk) return;
-  const IcpResult found = std::move(result);
-  result = blank_result(live, found.isocentre);
-  result.coarse_score = found.coarse_score;
-  result.coarse_runner_up = found.coarse_runner_up;
-  result.iterations = found.iterations;
-  result.inlier_share = found.inlier_share;
+  const int iterations = result.iterations;
+  const double inlier_share = result.inlier_share;
+  blank(live, result.isocentre, result.distance.size() > 0 ? Detail::kAll : Detail::kPose, result);
+  result.coarse_score = coarse.score;
+  result.coarse_runner_up = coarse.runner_up_score;
+  result.iterations = iterations;
+  result.inlier_share = inlier_share;
   give_up(result, coarse.status, coarse.message);
+}
+
+void name_directions(IcpResult& result) {
+  for (Direction& d : result.directions) d.words = words_of(d.motion, result.isocentre);
 }
 
 }  // namespace
 
+void align_into(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
+                const Pose& initial, double start_error, const IcpOptions& options, Detail detail, Workspace& work,
+                IcpResult& result) {
+  check(isocentre, options);
+  require(initial.R.allFinite() && initial.t.allFinite(), "initial_reference_from_live is not finite");
+  blank(live, isocentre, detail, result);
+  solve(run, reference, live, initial, start_error, options, work, result);
+  if (detail == Detail::kAll) name_directions(result);
+}
+
 IcpResult align(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
                 const Pose& initial_reference_from_live, const IcpOptions& options) {
-  check(isocentre, options);
-  require(initial_reference_from_live.R.allFinite() && initial_reference_from_live.t.allFinite(),
-          "initial_reference_from_live is not finite");
-  IcpResult result = blank_result(live, isocentre);
+  IcpResult result;
   Workspace work;
-  solve(run, reference, live, initial_reference_from_live, options, work, result);
+  align_into(run, reference, live, isocentre, initial_reference_from_live, std::numeric_limits<double>::infinity(),
+             options, Detail::kAll, work, result);
   return result;
 }
 
 IcpResult promise_of(const Reference& reference, const Vec3& isocentre, double live_sigma) {
   IcpResult result = blank_result(Surface{}, isocentre);
-  Certificate c = predict(reference, isocentre, live_sigma, IcpOptions{}.degenerate_sigma);
+  Workspace work;
+  Certificate c =
+      predict(reference, outlook_of(reference, nullptr, live_sigma, work), isocentre, IcpOptions{}.degenerate_sigma);
   result.free = std::move(c.free);
   if (!result.free.empty()) {
     give_up(result, Status::kDegenerate, "the reference leaves free: " + words_of(result.free));
@@ -108,15 +131,14 @@ IcpResult promise_of(const Reference& reference, const Vec3& isocentre, double l
   result.covariance = c.covariance;
   result.random = c.random;
   result.shared = c.shared;
-  result.directions = std::move(c.directions);
+  result.directions.assign(c.directions.begin(), c.directions.end());
+  name_directions(result);
   return result;
 }
 
 IcpResult align(const Run& run, const Surface& reference, const Surface& live, const Vec3& isocentre, const Roi* roi,
                 const Pose& initial_reference_from_live, const IcpOptions& options) {
   check(isocentre, options);
-  require(initial_reference_from_live.R.allFinite() && initial_reference_from_live.t.allFinite(),
-          "initial_reference_from_live is not finite");
   std::shared_ptr<const Reference> prepared;
   try {
     prepared = prepare_reference(run, reference, roi);

@@ -11,6 +11,8 @@
 #include "core/run.hpp"
 #include "core/surface.hpp"
 #include "registration/reference.hpp"
+#include "registration/residual.hpp"
+#include "registration/robust.hpp"
 
 namespace sgrt {
 
@@ -23,6 +25,9 @@ struct IcpOptions {
   double weak_sigma = 0.5;       // mm; rotations at 100 mm
   double degenerate_sigma = 5;   // mm
   bool anywhere = false;         // assume nothing about the start: the initial pose is not used
+  Residual residual = Residual::kPlane;
+  Kernel kernel = Kernel::kAuto;
+  double keep_share = 1;  // of the pairs, the nearest: the others are trimmed
 };
 
 enum class Verdict : int { kNone = 0, kOk = 1, kWeak = 2 };
@@ -67,6 +72,14 @@ struct IcpResult {
 // Statuses 10-19 are returned, not thrown, so that the diagnostics are kept.
 IcpResult align(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
                 const Pose& initial_reference_from_live, const IcpOptions& options);
+
+// As align, into a result that is used again and again: in the steady state nothing is allocated. start_error: mm, how
+// far the start may lie from the answer.
+struct Workspace;
+enum class Detail { kPose, kAll };  // kAll: with the maps of the live points and the words of the directions
+void align_into(const Run& run, const Reference& reference, const Surface& live, const Vec3& isocentre,
+                const Pose& initial_reference_from_live, double start_error, const IcpOptions& options, Detail detail,
+                Workspace& work, IcpResult& result);
 
 // What the reference promises before anything is seen, as a result without a pose: free motions (kDegenerate), or
 // covariance and directions for live points as dense as its own with live_sigma along the normal.

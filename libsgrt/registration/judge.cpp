@@ -14,6 +14,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kWeakShare = 0.5;     // of the live points, or of the reference
 constexpr double kWeakMisfit = 2;      // residuals this many times larger than the noise are not noise
+constexpr double kNoMatch = 3;         // mm rms, and ...
+constexpr double kNoMatchMisfit = 5;   // ... times the noise: no pose lays one on the other
 constexpr double kWeakChange = 0.15;   // of the points that lie on the reference may not fit it
 constexpr double kFarIsocentre = 500;  // mm beyond the surface
 constexpr double kThousand = 150;      // lengths that differ by more than this factor differ in their unit
@@ -30,9 +32,10 @@ std::string rounded(double mm) {
 
 // The share of the reference that inlier pairs cover, told by cells of a coarse level: a small reference laid on a
 // large live surface overlaps wholly although few of the live points match.
-double coverage(const SurfelField& field, const Workspace& work) {
+double coverage(const SurfelField& field, Workspace& work) {
   const auto top = std::min<std::size_t>(kMacro, field.levels.size() - 1);
-  std::vector<std::uint8_t> covered(field.levels[top].surfels.size(), 0);
+  std::vector<std::uint8_t>& covered = work.covered;
+  covered.assign(field.levels[top].surfels.size(), 0);
   for (std::size_t i = 0; i < static_cast<std::size_t>(work.live.count); ++i) {
     const std::int32_t code = work.surfel[i];
     if (!(work.w[i] > 0) || code < 0) continue;
@@ -74,7 +77,9 @@ std::string doubts(const Reference& reference, const Certificate& c, double over
   std::string words;
   const auto add = [&](const std::string& text) { words += (words.empty() ? "" : "; ") + text; };
   const Direction& worst = c.directions.front();
-  if (worst.sigma > options.weak_sigma) add("sigma " + rounded(worst.sigma) + " mm where it " + worst.words);
+  if (worst.sigma > options.weak_sigma) {
+    add("sigma " + rounded(worst.sigma) + " mm where it " + words_of(worst.motion, result.isocentre));
+  }
   if (c.chi2 > kWeakMisfit * kWeakMisfit && result.rms > options.weak_sigma) {
     add("residuals of " + rounded(result.rms) + " mm are " + rounded(std::sqrt(c.chi2)) + " times the expected noise");
   }
@@ -120,19 +125,32 @@ std::string words_of(const std::vector<FreeMotion>& free) {
   return words;
 }
 
-IcpResult blank_result(const Surface& live, const Vec3& isocentre) {
-  IcpResult r;
+void blank(const Surface& live, const Vec3& isocentre, Detail detail, IcpResult& r) {
+  r.status = Status::kOk;
+  r.message.clear();
+  r.verdict = Verdict::kNone;
+  r.verdict_words.clear();
+  r.iterations = 0;
+  r.pair_count = 0;
   r.reference_from_live = {Mat3::Constant(kNan), Vec3::Constant(kNan)};
   r.isocentre = isocentre;
   static_cast<SixDof&>(r.displacement) = {kNan, kNan, kNan, kNan, kNan, kNan, kNan};
   static_cast<SixDof&>(r.correction) = {kNan, kNan, kNan, kNan, kNan, kNan, kNan};
   r.covariance.setConstant(kNan);
   r.random = r.shared = r.covariance;
+  r.free.clear();
+  r.directions.clear();
   r.rms = r.inlier_share = r.chi2 = r.coarse_score = r.coarse_runner_up = kNan;
   r.live_height = live.height;
   r.live_width = live.width;
-  r.distance = Eigen::VectorXd::Constant(live.size(), kNan);
-  r.inlier.assign(static_cast<std::size_t>(live.size()), 0);
+  const std::int64_t n = detail == Detail::kAll ? live.size() : 0;
+  r.distance = Eigen::VectorXd::Constant(n, kNan);
+  r.inlier.assign(static_cast<std::size_t>(n), 0);
+}
+
+IcpResult blank_result(const Surface& live, const Vec3& isocentre) {
+  IcpResult r;
+  blank(live, isocentre, Detail::kAll, r);
   return r;
 }
 
@@ -152,7 +170,7 @@ std::string misfit_of_size(const Reference& reference, const LivePoints& live) {
 }
 
 void judge(const Reference& reference, const Search& s, const Certificate& c, const Pose& start,
-           const IcpOptions& options, const Workspace& work, IcpResult& result) {
+           const IcpOptions& options, Workspace& work, IcpResult& result) {
   const Sums& sums = s.sums;
   result.iterations = s.iterations;
   result.pair_count = std::llround(sums.pairs);
@@ -166,7 +184,7 @@ void judge(const Reference& reference, const Search& s, const Certificate& c, co
   }
   result.inlier_share = sums.pairs / std::max(1.0, candidates);
   if (result.inlier_share > 1) result.inlier_share = 1;
-  fill_maps(s, work, result);
+  if (result.distance.size() > 0) fill_maps(s, work, result);
   const double overlap = std::max(result.inlier_share, coverage(reference.field, work));
   const bool unfinished = !s.converged && s.iterations >= options.max_iterations;
   if (overlap < options.min_inlier_share && !unfinished) {
@@ -182,15 +200,21 @@ void judge(const Reference& reference, const Search& s, const Certificate& c, co
   if (!s.converged) {
     return give_up(result, Status::kNotConverged, "still moving after " + std::to_string(s.iterations) + " iterations");
   }
+  const double rms = std::sqrt(sums.square / sums.weight);
+  if (rms > kNoMatch && c.chi2 > kNoMatchMisfit * kNoMatchMisfit) {
+    return give_up(result, Status::kNotFound,
+                   "the surfaces do not match: residuals of " + rounded(rms) + " mm rms, " +
+                       rounded(std::sqrt(c.chi2)) + " times the expected noise");
+  }
   result.reference_from_live = s.pose;
   result.displacement = displacement_of(s.pose, result.isocentre);
   result.correction = correction_of(s.pose, result.isocentre);
   result.covariance = c.covariance;
   result.random = c.random;
   result.shared = c.shared;
-  result.directions = c.directions;
+  result.directions.assign(c.directions.begin(), c.directions.end());
   result.chi2 = c.chi2;
-  result.rms = std::sqrt(sums.square / sums.weight);
+  result.rms = rms;
   const std::string words = doubts(reference, c, overlap, work, start, result, options);
   result.verdict = words.empty() ? Verdict::kOk : Verdict::kWeak;
   result.verdict_words = words.empty() ? "ok" : "weak: " + words;

@@ -10,6 +10,7 @@ namespace sgrt {
 
 // All NaN: no number stands for "in place" unless it was found.
 IcpResult blank_result(const Surface& live, const Vec3& isocentre);
+void blank(const Surface& live, const Vec3& isocentre, Detail detail, IcpResult& result);  // keeps its memory
 
 void give_up(IcpResult& result, Status status, const std::string& message);
 
@@ -17,7 +18,7 @@ std::string words_of(const std::vector<FreeMotion>& free);
 
 // Fills the result from the search, which began at `start`, and its certificate.
 void judge(const Reference& reference, const Search& s, const Certificate& c, const Pose& start,
-           const IcpOptions& options, const Workspace& work, IcpResult& result);
+           const IcpOptions& options, Workspace& work, IcpResult& result);
 
 // Why the two could never lie on each other: units or too few points; "" if nothing speaks against trying.
 std::string misfit_of_size(const Reference& reference, const LivePoints& live);

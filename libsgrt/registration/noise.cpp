@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "registration/robust.hpp"
+
 namespace sgrt {
 namespace {
 
@@ -26,30 +28,32 @@ void project_covariances(const SurfelField& field, const Surface& surface, const
 }
 
 // The residuals of points on one surfel share its error and the skin's shape: their differences are noise.
-double scatter(const SurfelField& field, const Workspace& work) {
+double scatter(const SurfelField& field, Workspace& work) {
   const auto n = static_cast<std::size_t>(work.live.count);
-  std::vector<float> squares, all;
-  for (const bool wider : {false, true}) {  // on one surfel, else on one of the next level
-    std::vector<float> last(field.levels[0].surfels.size(), NAN);
+  std::vector<float>& squares = work.values;
+  for (const int kind : {0, 1, 2}) {  // on one surfel, else on one of the next level, else each by itself
+    work.last.assign(field.levels[0].surfels.size(), NAN);
     squares.clear();
     for (std::size_t k = 0; k < n; ++k) {
       const float r = work.r[k];
       const std::int32_t code = work.surfel[k];
-      if (!(r == r) || code < 0 || code >> 27 != 0) continue;
+      if (!(r == r) || code < 0 || level_of(code) != 0) continue;
       auto at = static_cast<std::size_t>(code);
-      if (wider) at = static_cast<std::size_t>(field.levels[0].parent[at]);
-      if (at >= last.size()) continue;
-      if (last[at] == last[at]) {
-        squares.push_back((r - last[at]) * (r - last[at]));
-        last[at] = NAN;
+      if (kind == 1) at = static_cast<std::size_t>(field.levels[0].parent[at]);
+      if (kind == 2) {
+        squares.push_back(r * r);
+      } else if (at >= work.last.size()) {
+        continue;
+      } else if (work.last[at] == work.last[at]) {
+        squares.push_back((r - work.last[at]) * (r - work.last[at]));
+        work.last[at] = NAN;
       } else {
-        last[at] = r;
+        work.last[at] = r;
       }
-      if (!wider) all.push_back(r * r);
     }
-    if (squares.size() >= kEnough) return median_of(squares) / (2 * kMedianOfSquare);
+    if (kind < 2 && squares.size() >= kEnough) return median_of(squares, work.scratch) / (2 * kMedianOfSquare);
   }
-  return median_of(all) / kMedianOfSquare;
+  return median_of(squares, work.scratch) / kMedianOfSquare;
 }
 
 }  // namespace

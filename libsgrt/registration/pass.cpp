@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kUnseen = 4e-6;       // a relief of 2e-3 rad: steps along such a motion would wander off
 constexpr std::int64_t kBlock = 1024;  // points whose sums may stay in single precision
+constexpr std::int64_t kAlone = 3 * kBlock;
 
 Sums widen(const kernels::PassSums& s, double lever) {
   Sums out;
@@ -94,8 +95,10 @@ Sums do_pass(const Run& run, const SurfelField& field, const LivePoints& live, c
   pass.surfel_out = o.surfel;
   const auto kernel = run.isa == Isa::kAvx2 ? kernels::pass_avx2 : kernels::pass_baseline;
   const auto padded = static_cast<std::int64_t>(live.x.size());
+  Run alone = run;  // a few blocks are done before another thread would wake
+  if (padded <= kAlone) alone.pool = nullptr;
   return parallel_sum(
-      run, padded, kBlock, Sums{},
+      alone, padded, kBlock, Sums{},
       [&](std::int64_t begin, std::int64_t end) {
         kernels::PassSums sums;
         kernel(pass, begin, end, &sums);

@@ -6,6 +6,7 @@
 
 #include "registration/noise.hpp"
 #include "registration/refine.hpp"
+#include "registration/robust.hpp"
 
 namespace sgrt {
 namespace {
@@ -29,13 +30,14 @@ class Searcher {
       : run_(run), reference_(reference), field_(reference.field), options_(options), work_(work), s_(s) {}
 
   // Down the levels on the subset. False: too few pairs.
-  bool descend() {
+  bool descend(double start_error) {
     draw_subset(work_.live, kSubset, work_.subset);
     work_.subset_r.resize(work_.subset.x.size());
     work_.subset_w.resize(work_.subset.x.size());
     const auto top = static_cast<int>(field_.levels.size()) - 1;
     int first = top;
     while (first > 0 && field_.levels[static_cast<std::size_t>(first)].count < kEnoughSurfels) --first;
+    while (first > 0 && field_.cell * std::exp2(first - 1) > start_error) --first;
     double scale = 0;
     for (int level = first; level >= 0; --level) {
       const double cell = field_.cell * std::exp2(level);
@@ -105,29 +107,30 @@ class Searcher {
   }
 
   double median_residual() {
-    std::vector<float> r;
+    work_.values.clear();
     for (std::size_t i = 0; i < static_cast<std::size_t>(work_.subset.count); ++i) {
       const float v = std::abs(work_.subset_r[i]);
-      if (v <= static_cast<float>(s_.limit)) r.push_back(v);
+      if (v <= static_cast<float>(s_.limit)) work_.values.push_back(v);
     }
-    return median_of(r);
+    return median_of(work_.values, work_.scratch);
   }
 
   // How many times the expected sigma the residuals scatter, by their median; at least 1 (eq. 7).
   double subset_scale() {
-    draw_subset(work_.live, kSubset, work_.subset);
+    if (work_.subset.v.empty() && !work_.live.v.empty()) draw_subset(work_.live, kSubset, work_.subset);
+    work_.subset.v_all = work_.live.v_all;
     PassOptions o = options(0, 1);
     o.r = work_.subset_r.data();
     o.w = work_.subset_w.data();
     do_pass(run_, field_, work_.subset, s_.pose, o);
     const LivePoints& live = work_.subset;
-    std::vector<float> u;
+    work_.values.clear();
     for (std::size_t i = 0; i < static_cast<std::size_t>(live.count); ++i) {
       if (!(work_.subset_w[i] > 0)) continue;
       const float v = (live.v.empty() ? live.v_all : live.v[i]) + reference_.typical_height;
-      u.push_back(std::abs(work_.subset_r[i]) / std::sqrt(v));
+      work_.values.push_back(std::abs(work_.subset_r[i]) / std::sqrt(v));
     }
-    return std::max(1.0, 1.4826 * median_of(u));
+    return std::max(1.0, 1.4826 * median_of(work_.values, work_.scratch));
   }
 
   const Run& run_;
@@ -140,13 +143,6 @@ class Searcher {
 
 }  // namespace
 
-double median_of(std::vector<float>& v) {
-  if (v.empty()) return 0;
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return static_cast<double>(*middle);
-}
-
 PassOptions finest(const Reference& reference, const IcpOptions& options, double limit) {
   PassOptions o;
   o.limit = limit;
@@ -155,11 +151,11 @@ PassOptions finest(const Reference& reference, const IcpOptions& options, double
   return o;
 }
 
-Search search(const Run& run, const Reference& reference, const Surface& live, const Pose& initial,
+Search search(const Run& run, const Reference& reference, const Surface& live, const Pose& initial, double start_error,
               const Vec3& isocentre, const IcpOptions& options, Workspace& work) {
   Search s{initial, 0, false, options.max_distance, 1, {}};
   Searcher searcher(run, reference, options, work, s);
-  if (!searcher.descend()) return s;
+  if (!searcher.descend(start_error)) return s;
   PassOptions o = finest(reference, options, s.limit);
   fill_live_noise(run, reference, live, s.pose, o, work);
   searcher.settle(isocentre);

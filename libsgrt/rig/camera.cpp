@@ -242,4 +242,14 @@ const StereoPair& pair_of(const Rig& rig, const std::string& id) {
        "pair " + in_quotes(id) + " is not in the rig, which has " + (known.empty() ? "none" : known));
 }
 
+int tof_index(const Rig& rig, const std::string& id) {
+  std::string known;
+  for (std::size_t i = 0; i < rig.tofs.size(); ++i) {
+    if (rig.tofs[i].id == id) return static_cast<int>(i);
+    known += (i ? ", " : "") + in_quotes(rig.tofs[i].id);
+  }
+  fail(Status::kInvalidArgument,
+       "tof " + in_quotes(id) + " is not in the rig, which has " + (known.empty() ? "none" : known));
+}
+
 }  // namespace sgrt

@@ -41,6 +41,19 @@ struct StereoPair {
   int left = 0, right = 0;  // camera indices
 };
 
+// A time-of-flight camera: how its taps sample the light, and what its calibration found. docs/theory/tof.md.
+struct TofUnit {
+  std::string id;
+  int camera = 0;                     // index
+  std::vector<double> modulation_hz;  // one or more
+  std::vector<double> tap_phase_rad;  // tap = B + A cos(phi - tap_phase)
+  bool differential = false;          // signed taps, offset near 0: they tell nothing of their shot noise
+  double electrons_per_count = 1, read_noise_e = 0, refractive_index = 1.00027;
+  std::vector<double> range_mm, range_error_mm;       // of the measured range, linear between knots; empty: none
+  std::vector<double> amplitude, amplitude_error_mm;  // likewise over the amplitude, counts
+  std::string pixel_offset_file;                      // its name beside the rig; empty: none
+};
+
 // What the calibration leaves uncertain: the parameters' covariance is modes modes^T. rig/uncertainty.hpp.
 struct RigUncertainty {
   std::vector<std::string> parameters;  // as parameter_names has them; empty: not known
@@ -52,12 +65,14 @@ struct Rig {
   std::string id, room;
   std::vector<Camera> cameras;
   std::vector<StereoPair> pairs;
+  std::vector<TofUnit> tofs;
   RigUncertainty uncertainty;
   std::string document;  // the JSON as read, unknown keys included; empty for a rig made in memory
 };
 
 int camera_index(const Rig& rig, const std::string& id);           // throws kInvalidArgument, lists the known ids
 const StereoPair& pair_of(const Rig& rig, const std::string& id);  // likewise
+int tof_index(const Rig& rig, const std::string& id);              // likewise
 
 // rig_json.cpp, schema sgrt-rig/1
 Rig rig_from_json(const char* text, std::size_t size);

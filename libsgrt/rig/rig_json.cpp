@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/strict_json.inl"
 #include "rig/rig.hpp"
+#include "rig/tof_unit.hpp"
 
 namespace sgrt {
 namespace {
@@ -154,6 +155,8 @@ void read_pairs(const Json& json, Rig& rig) {
   }
 }
 
+#include "rig/tof_json.inl"
+
 // "uncertainty" is optional; what is there must be whole.
 void read_uncertainty(const Json& json, Rig& rig) {
   const auto found = json.find("uncertainty");
@@ -188,6 +191,7 @@ Rig rig_of(const Json& json) {
   rig.room = text_at(json, "", "room");
   read_cameras(json, rig);
   read_pairs(json, rig);
+  read_tofs(json, rig);
   read_uncertainty(json, rig);
   return rig;
 }
@@ -213,7 +217,8 @@ bool same(const Rig& a, const Rig& b) {
   const auto equal = [](const auto& x, const auto& y) { return same(x, y); };
   return a.id == b.id && a.room == b.room && same(a.uncertainty, b.uncertainty) &&
          std::equal(a.cameras.begin(), a.cameras.end(), b.cameras.begin(), b.cameras.end(), equal) &&
-         std::equal(a.pairs.begin(), a.pairs.end(), b.pairs.begin(), b.pairs.end(), equal);
+         std::equal(a.pairs.begin(), a.pairs.end(), b.pairs.begin(), b.pairs.end(), equal) &&
+         std::equal(a.tofs.begin(), a.tofs.end(), b.tofs.begin(), b.tofs.end(), equal);
 }
 
 // The object of `list` with this id, so that its unknown keys stay; else a new one.
@@ -295,6 +300,16 @@ std::string rig_to_json(const Rig& rig) {
   }
   json["cameras"] = std::move(cameras);
   json["pairs"] = std::move(pairs);
+  Json tofs = Json::array();
+  for (const TofUnit& unit : rig.tofs) {
+    Json item = with_id(old.value("tofs", Json::array()), unit.id);
+    const bool changed =
+        std::none_of(before.tofs.begin(), before.tofs.end(), [&](const TofUnit& u) { return same(u, unit); });
+    if (changed) write_tof(unit, id_of(rig, unit.camera), item);
+    tofs.push_back(std::move(item));
+  }
+  json.erase("tofs");
+  if (!tofs.empty()) json["tofs"] = std::move(tofs);
   if (!same(rig.uncertainty, before.uncertainty)) write_uncertainty(rig.uncertainty, json);
   const std::string text = json_text(json, "rig");
   rig_of(parse_json(text.data(), text.size(),

@@ -12,8 +12,18 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// d pixel by the camera's parameters, lens then pose, as parameter_names has them.
-bool by_parameters(const Camera& camera, const Vec3& x_in_camera, Mat2X& J) {
+// d pixels of both cameras by the point; false where one does not see it.
+bool both_jacobians(const Rig& rig, const StereoPair& pair, const Vec3& x, Eigen::Matrix<double, 4, 3>& J) {
+  Mat23 left, right;
+  project(rig.cameras[pair.left], x, &left);
+  project(rig.cameras[pair.right], x, &right);
+  J << left, right;
+  return J.allFinite();
+}
+
+}  // namespace
+
+bool pixel_by_parameters(const Camera& camera, const Vec3& x_in_camera, Mat2X& J) {
   Vec2 pixel;
   Mat23 by_point;
   LensJacobian by_lens;
@@ -26,8 +36,7 @@ bool by_parameters(const Camera& camera, const Vec3& x_in_camera, Mat2X& J) {
   return true;
 }
 
-// Rows of the stored modes that are this camera's, by name; a parameter that is not named is exact.
-Eigen::MatrixXd modes_of(const Rig& rig, const Camera& camera) {
+Eigen::MatrixXd camera_modes(const Rig& rig, const Camera& camera) {
   const RigUncertainty& u = rig.uncertainty;
   const std::vector<std::string> names = parameter_names(camera);
   Eigen::MatrixXd modes = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(names.size()), u.modes.cols());
@@ -39,23 +48,12 @@ Eigen::MatrixXd modes_of(const Rig& rig, const Camera& camera) {
   return modes;
 }
 
-// d pixels of both cameras by the point; false where one does not see it.
-bool both_jacobians(const Rig& rig, const StereoPair& pair, const Vec3& x, Eigen::Matrix<double, 4, 3>& J) {
-  Mat23 left, right;
-  project(rig.cameras[pair.left], x, &left);
-  project(rig.cameras[pair.right], x, &right);
-  J << left, right;
-  return J.allFinite();
-}
-
-}  // namespace
-
 Mat2X pixel_modes(const Rig& rig, int camera, const Vec3& x_in_room) {
   const Camera& c = rig.cameras[camera];
   Mat2X J;
-  if (!project(c, x_in_room).allFinite() || !by_parameters(c, c.camera_from_room * x_in_room, J))
+  if (!project(c, x_in_room).allFinite() || !pixel_by_parameters(c, c.camera_from_room * x_in_room, J))
     return Mat2X::Constant(2, rig.uncertainty.modes.cols(), kNaN);
-  return J * modes_of(rig, c);
+  return J * camera_modes(rig, c);
 }
 
 Mat3X point_modes(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room) {
@@ -64,6 +62,19 @@ Mat3X point_modes(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room)
   Eigen::Matrix<double, 4, Eigen::Dynamic> moved(4, rig.uncertainty.modes.cols());
   moved << pixel_modes(rig, pair.left, x_in_room), pixel_modes(rig, pair.right, x_in_room);
   return -(J.transpose() * J).ldlt().solve(J.transpose() * moved);
+}
+
+Mat3X left_ray_modes(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room) {
+  Eigen::Matrix<double, 4, 3> J;
+  if (!both_jacobians(rig, pair, x_in_room, J)) return Mat3X::Constant(3, rig.uncertainty.modes.cols(), kNaN);
+  const Mat23 left = J.topRows<2>(), right = J.bottomRows<2>();
+  const Vec3 ray = (x_in_room - rig.cameras[pair.left].centre_in_room()).normalized();
+  const Vec2 by_depth = right * ray;
+  // Across the ray by the left pixel, then along it by the right one.
+  const Mat3X across =
+      -left.transpose() * (left * left.transpose()).ldlt().solve(pixel_modes(rig, pair.left, x_in_room));
+  const Mat2X off = pixel_modes(rig, pair.right, x_in_room) + right * across;
+  return across - ray * (by_depth.transpose() * off) / by_depth.squaredNorm();
 }
 
 Mat3 triangulation_covariance(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room, double noise_px) {
@@ -89,7 +100,7 @@ RigUncertainty compact(const std::vector<Camera>& cameras, const Eigen::MatrixXd
         const int across = i % (kGrid + 1), down = i / (kGrid + 1);
         const Vec2 pixel(across * (camera.width - 1.0) / kGrid, down * (camera.height - 1.0) / kGrid);
         Mat2X J;
-        if (!by_parameters(camera, distance * undistort(camera, pixel).homogeneous(), J)) continue;
+        if (!pixel_by_parameters(camera, distance * undistort(camera, pixel).homogeneous(), J)) continue;
         Mat2X row = Mat2X::Zero(2, covariance.cols());
         row.middleCols(at, own) = J;
         rows.push_back(row);

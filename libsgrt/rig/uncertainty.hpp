@@ -10,12 +10,23 @@ namespace sgrt {
 using Mat2X = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 using Mat3X = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
+// d pixel by the camera's parameters, lens then pose, as parameter_names has them, at a point in camera axes; false
+// where the lens has no pixel for it.
+bool pixel_by_parameters(const Camera& camera, const Vec3& x_in_camera, Mat2X& J);
+
+// The rows of the stored modes that are this camera's; a parameter that the rig does not name is exact.
+Eigen::MatrixXd camera_modes(const Rig& rig, const Camera& camera);
+
 // d pixel of a room point by each mode, 2 x modes, px; NaN where the point has no pixel. No columns where the rig
 // states no uncertainty.
 Mat2X pixel_modes(const Rig& rig, int camera, const Vec3& x_in_room);
 
 // d triangulated point by each mode, 3 x modes, mm: the point's image stays, the cameras move (eq. 21).
 Mat3X point_modes(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room);
+
+// The same for a point on the ray of its left pixel, at the depth where the right one fits best, as stereo has it: it
+// follows the left camera where the two disagree across the epipolar lines.
+Mat3X left_ray_modes(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room);
 
 // Covariance of a triangulated point from the noise of its two images, px a coordinate; NaN where a camera does not see
 // it.
@@ -25,5 +36,15 @@ Mat3 triangulation_covariance(const Rig& rig, const StereoPair& pair, const Vec3
 // image at `distances` (mm), strongest first, until what is left is 1e-7 of the variance (eq. 20).
 RigUncertainty compact(const std::vector<Camera>& cameras, const Eigen::MatrixXd& covariance,
                        const std::vector<double>& distances, double residual_px);
+
+// The few combinations of a rig's modes that its surfaces carry as shared error modes, and the directions that these
+// leave out: V = [kept rest] is a rotation of the modes, so that M V has the covariance of M. They follow from the rig
+// alone, for all its pairs at once: what two pods, or a reference and a live surface, say of one name is one cause. The
+// name holds a fingerprint of cameras, pairs and modes: a new calibration under the old id is another cause.
+struct SharedModes {
+  std::vector<std::string> names;  // "<rig id> <fingerprint> k"; none where the rig states no uncertainty
+  Eigen::MatrixXd kept, rest;      // modes x names, modes x what is left
+};
+SharedModes shared_modes(const Rig& rig);
 
 }  // namespace sgrt

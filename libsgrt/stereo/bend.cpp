@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.hpp"
+
 namespace sgrt {
 namespace {
 
@@ -12,7 +14,49 @@ int reach_of(int stride) {
   return std::max(1, (kReach + stride / 2) / stride);
 }
 
+// The mean of the field over the window round k less its value there, in units of (c20 + c02); false where some of it
+// is missing.
+bool bend_of_field(const Grid& grid, const MatchField& field, std::int64_t k, int half, double& bend) {
+  const int reach = std::max(1, half / grid.stride), column = static_cast<int>(k % grid.width);
+  const int row = static_cast<int>(k / grid.width);
+  if (column < reach || row < reach || column + reach >= grid.width || row + reach >= grid.height) return false;
+  const kernels::RowMatch& own = field.matches[k];
+  double sum = 0, moment = 0;
+  int n = 0;
+  for (int j = -reach; j <= reach; ++j)
+    for (int i = -reach; i <= reach; ++i) {
+      const std::int64_t q = k + static_cast<std::int64_t>(j) * grid.width + i;
+      const double off = field.matches[q].d - own.d;
+      const double plane = (own.a * i + own.b * j) * grid.stride;
+      if (field.reason[q] != Reason::kNone || std::abs(off - plane) > 1) return false;
+      sum += off, moment += i * i, ++n;
+    }
+  bend = sum / (moment * grid.stride * grid.stride);
+  return true;
+}
+
 }  // namespace
+
+void unsmooth(const Run& run, const Grid& grid, const std::vector<std::uint8_t>& bent, std::vector<float>& shift,
+              MatchField& field) {
+  shift.assign(static_cast<std::size_t>(grid.size()), 0.F);
+  parallel_for(
+      run, grid.size(), 1024,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k) {
+          if (bent[k] == 0 || field.reason[k] != Reason::kNone) continue;
+          const kernels::RowMatch& m = field.matches[k];
+          double bend;
+          if (!bend_of_field(grid, field, k, m.window / 2, bend)) continue;
+          const double missing = second_moment(m.window) * (m.c20 + m.c02 - bend), missing2 = missing * missing;
+          const double chance2 = variance_of_noise(m);
+          shift[k] = static_cast<float>(missing * missing2 * missing2 / (missing2 * missing2 + chance2 * chance2));
+        }
+      },
+      "refining");
+  for (std::int64_t k = 0; k < grid.size(); ++k)
+    field.matches[k].d += shift[k], field.matches[k].bias2 += 0.25F * shift[k] * shift[k];
+}
 
 bool curvature_at(const Grid& grid, const MatchField& field, std::int64_t k, kernels::RowMatch& match) {
   const int reach = reach_of(grid.stride);

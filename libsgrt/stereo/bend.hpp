@@ -1,6 +1,7 @@
 // The curvature of the disparity round a match, from the slopes of its neighbours. docs/theory/stereo.md eq. 14.
 #pragma once
 
+#include "core/run.hpp"
 #include "stereo/field.hpp"
 
 namespace sgrt {
@@ -15,6 +16,11 @@ struct BendingNoise {
   double correction = 0, gain = 1;
 };
 BendingNoise bending_noise(int window, int stride);
+
+// Curvature that the slopes of the nodes were too far apart to show, from the field itself: moves d where that is
+// beyond noise, and widens the sigma by half of it. `shift` is work. docs/theory/stereo.md "What is still smoothed".
+void unsmooth(const Run& run, const Grid& grid, const std::vector<std::uint8_t>& bent, std::vector<float>& shift,
+              MatchField& field);
 
 // (w^2 - 1)/12: the second moment of a window.
 inline double second_moment(int window) {

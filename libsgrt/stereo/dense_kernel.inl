@@ -133,7 +133,7 @@ static inline void solve_window(const WindowSums& w, float area, const DenseOpti
   const float *t = w.more[0], *u = w.rest;
   m->correlation = m->texture = m->noise = __builtin_nanf("");
   const double n = t[kN - 8];
-  if (n < 0.5 * area) {
+  if (n < 0.3 * area) {
     m->outcome = kClipped;
     return;
   }
@@ -150,7 +150,9 @@ static inline void solve_window(const WindowSums& w, float area, const DenseOpti
                         (s[kC1] - mean_f * v1[2]) / norm};
   const double qx = w.by[1][kQ0] / (double)s[kQ0], qy = s[kQ1] / (double)s[kQ0];
   const double across = w.by[2][kQ0] / (double)s[kQ0] - qx * qx, down = s[kQ2] / (double)s[kQ0] - qy * qy;
-  m->spread = (float)((across < down ? across : down) * 12 / (area - 1));
+  // A window that the image's rim cuts is so much narrower.
+  const double cut = n < area ? n / area : 1;
+  m->spread = (float)((across < down ? across : down) * 12 / ((area - 1) * (cut > 0.5 ? cut * cut : 0.25)));
   const double h00 = s[kQ0] - v1[0] * v1[0] / n - v2[0] * v2[0];
   const double h01 = w.by[1][kQ0] - v1[0] * v1[1] / n - v2[0] * v2[1];
   const double h02 = s[kQ1] - v1[0] * v1[2] / n - v2[0] * v2[2];

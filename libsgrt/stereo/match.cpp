@@ -58,7 +58,7 @@ Reason refine_alone(const Matcher& matcher, const MatchWork& work, int x, int y,
     RowMatch tried = extrapolate(node, x - work.nodes.x(n), y - work.nodes.y(n));
     if (best.d == best.d && std::abs(tried.d - best.d) < 0.5F) continue;  // the same surface again
     tried.c20 = node.c20, tried.c11 = node.c11, tried.c02 = node.c02, tried.gain = node.gain;
-    const bool small = work.near_edge[n] != 0 || share_of_small(work.window, node) > 0.5F;
+    const bool small = work.near_edge[n] != 0 || bending_of(work.window, node) > 1.5F * kBent;
     const Reason r = matcher.solve(x, y, tried, 2, small ? small_window(work.window) : work.window);
     if (r == Reason::kNone && (reason != Reason::kNone || tried.correlation > best.correlation)) {
       reason = r, best = tried;
@@ -83,7 +83,7 @@ bool want_small(const Run& run, const Grid& grid, MatchWork& work) {
           std::int64_t round[4];
           nodes_round(work.nodes, grid.x(k), grid.y(k), round);
           work.bent[k] = work.field.reason[round[0]] == Reason::kNone && work.near_edge[round[0]] == 0 &&
-                         share_of_small(work.window, shape_at(work, grid.x(k), grid.y(k), round[0])) > 0;
+                         bending_of(work.window, shape_at(work, grid.x(k), grid.y(k), round[0])) > kBent;
           some = some || work.bent[k] != 0;
         }
         if (some) any = true;
@@ -107,39 +107,85 @@ void mix(float share, const RowMatch& small, RowMatch& m) {
   m.noise = rest * m.noise + share * small.noise, m.correlation = rest * m.correlation + share * small.correlation;
 }
 
-// Takes the dense answer of every grid point where it is sound, and bends it; refines the others alone.
-void finish(const Run& run, const Matcher& matcher, const Grid& grid, const MatchWork& work, MatchField& field) {
+bool served_by_nodes(const MatchWork& work, const Grid& grid, std::int64_t k, std::int64_t& near) {
+  std::int64_t round[4];
+  nodes_round(work.nodes, grid.x(k), grid.y(k), round);
+  near = round[0];
+  return work.field.reason[near] == Reason::kNone && work.near_edge[near] == 0;
+}
+
+// Takes the curvature off the answers of both windows.
+void bend_grid(const Run& run, const Grid& grid, MatchWork& work, MatchField& field) {
+  parallel_for(
+      run, grid.size(), kBlock,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k) {
+          std::int64_t near;
+          if (!served_by_nodes(work, grid, k, near)) continue;
+          const RowMatch shape = shape_at(work, grid.x(k), grid.y(k), near);
+          if (field.matches[k].outcome == kernels::kConverged) unbend(shape, field.matches[k]);
+          if (work.bent[k] != 0 && work.small[k].outcome == kernels::kConverged) unbend(shape, work.small[k]);
+        }
+      },
+      "refining");
+}
+
+// The share of the smaller window that balances its noise with what the larger one smooths away: the mean difference
+// of the two over the neighbourhood, beyond noise (eq. 15b). Where the surface bends strongly that mean is smoothed,
+// too.
+float share_of_small(const Grid& grid, const MatchWork& work, const MatchField& field, std::int64_t k) {
+  const RowMatch &large = field.matches[k], &small = work.small[k];
+  if (small.outcome != kernels::kConverged) return 0;
+  if (large.outcome != kernels::kConverged) return 1;
+  const int reach = std::max(1, small.window / 4 / grid.stride);
+  const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
+  float n = 0, sum = 0;
+  for (int j = std::max(0, row - reach); j <= std::min(grid.height - 1, row + reach); ++j)
+    for (int i = std::max(0, column - reach); i <= std::min(grid.width - 1, column + reach); ++i) {
+      const std::int64_t q = static_cast<std::int64_t>(j) * grid.width + i;
+      if (work.bent[q] == 0 || work.small[q].outcome != kernels::kConverged) continue;
+      if (field.matches[q].outcome != kernels::kConverged) continue;
+      const float off = work.small[q].d - field.matches[q].d;
+      if (std::abs(off) < kFar) n += 1, sum += off;
+    }
+  // Variance of the difference: of one window, and of the mean of what the neighbourhood holds of them.
+  const auto noise = static_cast<float>(variance_of_noise(small) - variance_of_noise(large));
+  if (!(n > 0) || !(noise > 0)) return 1;
+  const float side = static_cast<float>((2 * reach + 1) * grid.stride) / static_cast<float>(small.window);
+  const float bias2 = sum * sum / (n * n) - noise / (1 + side * side);
+  const float strong = std::clamp(bending_of(work.window, small) / kStrong - 1, 0.F, 1.F);
+  return std::max(strong, bias2 > 0 ? bias2 / (bias2 + noise) : 0);
+}
+
+// Takes the dense answer of every grid point where it is sound; refines the others alone.
+void finish(const Run& run, const Matcher& matcher, const Grid& grid, MatchWork& work, MatchField& field) {
   const StereoOptions& o = matcher.options;
+  work.share.assign(grid.size(), 0.F);
+  parallel_for(
+      run, grid.size(), kBlock,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t k = begin; k < end; ++k)
+          if (work.bent[k] != 0) work.share[k] = share_of_small(grid, work, field, k);
+      },
+      "refining");
   parallel_for(
       run, grid.size(), kBlock / 2,
       [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t k = begin; k < end; ++k) {
           const int x = grid.x(k), y = grid.y(k);
           RowMatch& m = field.matches[k];
-          std::int64_t round[4];
-          nodes_round(work.nodes, x, y, round);
-          const std::int64_t near = round[0];
-          if (work.field.reason[near] == Reason::kNone && work.near_edge[near] == 0) {
+          std::int64_t near;
+          if (served_by_nodes(work, grid, k, near)) {
             const RowMatch& node = work.field.matches[near];
-            const RowMatch shape = shape_at(work, x, y, near);
-            const float share = work.bent[k] != 0 ? share_of_small(work.window, shape) : 0;
             const float at_node = node.d + node.a * static_cast<float>(x - work.nodes.x(near)) +
                                   node.b * static_cast<float>(y - work.nodes.y(near));
-            bool sound = m.outcome == kernels::kConverged;
-            if (sound) unbend(shape, m);
-            if (share > 0) {
-              RowMatch small = work.small[k];
-              if (small.outcome == kernels::kConverged) {
-                unbend(shape, small);
-                if (sound)
-                  mix(share, small, m);
-                else
-                  m = small;
-                sound = true;
-              }
-            }
+            if (m.outcome != kernels::kConverged && work.share[k] > 0)
+              m = work.small[k];
+            else if (work.share[k] > 0)
+              mix(work.share[k], work.small[k], m);
             m.noise = std::max(m.noise, matcher.rounding);
-            if (sound && std::abs(m.d - at_node) < kFar && m.correlation >= o.min_correlation && matcher.textured(m)) {
+            if (m.outcome == kernels::kConverged && std::abs(m.d - at_node) < kFar &&
+                m.correlation >= o.min_correlation && matcher.textured(m)) {
               field.reason[k] = Reason::kNone;
               continue;
             }
@@ -191,8 +237,10 @@ void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage
   if (want_small(run, grid, work))
     dense_step(run, left, work.warp, grid,
                {small_window(options.window), matcher.min_variance, matcher.damping, work.bent.data()}, work.small);
+  bend_grid(run, grid, work, field);
   field.reason.assign(grid.size(), Reason::kNoMatch);
   finish(run, matcher, grid, work, field);
+  unsmooth(run, grid, work.bent, work.share, field);
   check_left_right(grid, right.value.width, static_cast<float>(options.max_left_right), work.seen, field);
   judge_neighbourhood(run, grid, options, field);
   remove_islands(coarse, grid, options, field);

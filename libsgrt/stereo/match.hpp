@@ -26,6 +26,7 @@ struct MatchWork {
   EpipolarCheck epipolar;
   std::vector<kernels::RowMatch> small;  // of the grid: a smaller window where the surface bends
   std::vector<std::uint8_t> bent;        // of the grid: that it is wanted
+  std::vector<float> share;              // of the grid: of the smaller window in the answer
   std::vector<std::uint8_t> sharp;       // of the nodes: those that want a smaller window
   BendingNoise noise_of_small;
   BendingNoise noise_of_bend;  // once `window` is known

@@ -13,7 +13,8 @@ namespace sgrt {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr kernels::RowMatch kNoMatch{kNan, 0, 0, 0, 0, 0, kNan, kNan, kNan, 1, 0, 0, 0, 0, 0, 0, kernels::kDiverged};
-constexpr float kBent = 0.02F;      // px: a curvature that moves a match by so much has higher orders too
+constexpr float kBent = 0.02F;      // px: a curvature that moves a match by so much may have higher orders too
+constexpr float kStrong = 0.03F;    // px: beyond it a smaller window has a share in any case, at twice it all
 constexpr float kMinSpread = 0.3F;  // of the texture over the window
 constexpr float kFar = 0.5F;        // px from the nodes' surface: no longer a small step
 
@@ -35,14 +36,10 @@ inline int small_window(int window) {
   return std::max(9, (window * 3 / 5) | 1);
 }
 
-// Where the surface bends so strongly that the quadric misses some of it, a smaller window takes over: its share.
+// How far the curvature moves the match of a window, px.
 inline float bending_of(int window, const kernels::RowMatch& shape) {
   const auto m2 = static_cast<float>(second_moment(window));
   return m2 * std::sqrt(shape.c20 * shape.c20 + shape.c02 * shape.c02 + shape.c11 * shape.c11 / 2);
-}
-
-inline float share_of_small(int window, const kernels::RowMatch& shape) {
-  return std::clamp(bending_of(window, shape) / kBent - 1, 0.F, 1.F);
 }
 
 struct Matcher {

@@ -146,6 +146,18 @@ void bend(const Run& run, MatchWork& work) {
       "refining");
 }
 
+// A torn cell, or one that has a surface on one side and none on the other: there a window shows the object's outline.
+bool borders(const MatchWork& work, std::int64_t cell) {
+  if (work.cells[cell] != Cell::kOpen) return work.cells[cell] == Cell::kTorn;
+  const std::int64_t corner[4] = {cell, cell + 1, cell + work.nodes.width, cell + work.nodes.width + 1};
+  bool some = false, none = false;
+  for (const std::int64_t k : corner) {
+    some = some || work.field.reason[k] == Reason::kNone;
+    none = none || (work.field.reason[k] != Reason::kNone && work.field.reason[k] != Reason::kOutOfView);
+  }
+  return some && none;
+}
+
 // Nodes of which a torn cell lies within the reach of a window.
 void find_edges(int window, MatchWork& work) {
   const Grid& n = work.nodes;
@@ -153,7 +165,7 @@ void find_edges(int window, MatchWork& work) {
   work.near_edge.assign(n.size(), 0);
   for (int j = 0; j + 1 < n.height; ++j)
     for (int i = 0; i + 1 < n.width; ++i) {
-      if (work.cells[static_cast<std::size_t>(j) * n.width + i] != Cell::kTorn) continue;
+      if (!borders(work, static_cast<std::int64_t>(j) * n.width + i)) continue;
       for (int v = std::max(0, j - reach + 1); v <= std::min(n.height - 1, j + reach); ++v)
         for (int u = std::max(0, i - reach + 1); u <= std::min(n.width - 1, i + reach); ++u)
           work.near_edge[static_cast<std::size_t>(v) * n.width + u] = 1;
@@ -198,7 +210,7 @@ void sharpen(const Run& run, const Matcher& matcher, const RectifiedImage& left,
 
 Grid make_nodes(int width, int height, int window) {
   Grid nodes;
-  nodes.stride = std::clamp(window / 3, 4, 8);
+  nodes.stride = std::clamp(window / 4, 4, 8);
   nodes.offset = nodes.stride / 2;
   nodes.width = std::max(1, (width - nodes.offset - 1) / nodes.stride + 1);
   nodes.height = std::max(1, (height - nodes.offset - 1) / nodes.stride + 1);

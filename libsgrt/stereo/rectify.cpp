@@ -168,6 +168,25 @@ Rectification make_rectification(const Run& run, const Camera& left, const Camer
   return r;
 }
 
+Rectification cropped(const Rectification& whole, const RectifiedCrop& crop) {
+  const auto part = [&](const RectifiedView& from, RectifiedView& to, int x, int width) {
+    to.camera = from.camera, to.noise_gain = from.noise_gain;
+    to.width = width, to.height = crop.height;
+    to.cx = from.cx - x, to.cy = from.cy - crop.y;
+    to.source.resize(2 * static_cast<std::size_t>(width) * crop.height);
+    for (int y = 0; y < crop.height; ++y)
+      std::copy_n(&from.source[2 * (static_cast<std::size_t>(crop.y + y) * from.width + x)], 2 * width,
+                  &to.source[2 * static_cast<std::size_t>(y) * width]);
+    crop_source(to);
+  };
+  Rectification r;
+  r.f = whole.f, r.baseline = whole.baseline;
+  r.room_from_rectified = whole.room_from_rectified, r.centre = whole.centre;
+  part(whole.left, r.left, crop.x_left, crop.width_left);
+  part(whole.right, r.right, crop.x_right, crop.width_right);
+  return r;
+}
+
 void rectify(const Run& run, const ImageView& image, const RectifiedView& view, RectifyWork& work, Image& out,
              std::vector<std::uint8_t>& mask) {
   Image& coefficients = work.coefficients;

@@ -41,6 +41,13 @@ struct Rectification {
 Rectification make_rectification(const Run& run, const Camera& left, const Camera& right, const Vec3& volume_min,
                                  const Vec3& volume_max);
 
+// The part of a rectification that shows rows [y, y + height), the left columns [x_left, x_left + width_left) and the
+// right columns alike; all inside it.
+struct RectifiedCrop {
+  int x_left, width_left, x_right, width_right, y, height;
+};
+Rectification cropped(const Rectification& whole, const RectifiedCrop& crop);
+
 // Buffers kept from frame to frame.
 struct RectifyWork {
   Image coefficients;

@@ -67,8 +67,8 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
           // No other point reads this member.
           // A window's match is about the mean of what it shows: the mean excess moves it, the scatter a little.
           const double n = std::max(1, solved), mean = sum / n;
-          own.bias2 = static_cast<float>(std::max(0.0, mean * mean - expected / n) +
-                                         0.25 * std::max(0.0, (sum2 - 2 * expected) / n));
+          own.bias2 += static_cast<float>(std::max(0.0, mean * mean - expected / n) +
+                                          0.25 * std::max(0.0, (sum2 - 2 * expected) / n));
         }
       },
       "checking");

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 
 #include "stereo/coarse.hpp"
 #include "stereo/match.hpp"
+#include "stereo/prior.hpp"
 #include "stereo/rectify.hpp"
+#include "stereo/rig_error.hpp"
 #include "stereo/triangulate.hpp"
 
 namespace sgrt {
@@ -51,7 +54,11 @@ float rounding_of(const ImageView& image, const Image& grey) {
 struct StereoMatcher::Impl {
   Camera left_camera, right_camera;
   StereoOptions options;
-  Rectification rectification;
+  Rig rig;
+  StereoPair pair;
+  Rectification whole, part;  // part: what shows the prior
+  std::optional<Prior> prior;
+  RigError rig_error;
   Grid grid;
   CoarseOptions coarse_options;
   CoarseWork coarse_work;
@@ -63,10 +70,16 @@ struct StereoMatcher::Impl {
   std::vector<double> medians[3];
   std::shared_ptr<StereoResult> result;
 
+  const Rectification& rectification() const { return prior ? part : whole; }
+
   // Disparities that the working volume can have, px. An unbounded volume leaves all from infinity to the image's
-  // width.
+  // width; a prior, all that lie near it.
   void bound_disparities() {
-    const Rectification& r = rectification;
+    if (prior) {
+      coarse_options.disparity_min = -prior->search, coarse_options.disparity_max = prior->search;
+      return;
+    }
+    const Rectification& r = whole;
     double nearest = r.baseline / 2, furthest = std::numeric_limits<double>::infinity();
     if (options.volume_min.allFinite() && options.volume_max.allFinite()) {
       double lo = std::numeric_limits<double>::infinity(), hi = -lo;
@@ -82,6 +95,31 @@ struct StereoMatcher::Impl {
     coarse_options.disparity_min = r.f * r.baseline / furthest + r.disparity_at_infinity();
     coarse_options.disparity_max = r.f * r.baseline / nearest + r.disparity_at_infinity();
   }
+
+  // What depends on the part of the view that is used.
+  void lay_out(const Run& run) {
+    const RectifiedView& view = rectification().left;
+    rig_error = make_rig_error(run, rig, pair, rectification());
+    bound_disparities();
+    grid.stride = options.stride;
+    grid.offset = options.stride / 2;
+    grid.width = (view.width - grid.offset - 1) / options.stride + 1;
+    grid.height = (view.height - grid.offset - 1) / options.stride + 1;
+  }
+
+  void search_coarsely(const Run& run) {
+    if (!prior) {
+      coarse_match(run, left.value, left.mask, right.value, right.mask, coarse_options, coarse_work, coarse);
+      prepare(run, left);
+      prepare(run, right);
+      return;
+    }
+    prepare(run, left);
+    prepare(run, right);
+    warp_by_prior(run, right, left, *prior);
+    coarse_match(run, left.value, left.mask, prior->image, prior->mask, coarse_options, coarse_work, coarse);
+    add_prior(*prior, coarse);
+  }
 };
 
 StereoMatcher::StereoMatcher(const Run& run, const Rig& rig, const StereoPair& pair, const StereoOptions& options)
@@ -91,14 +129,23 @@ StereoMatcher::StereoMatcher(const Run& run, const Rig& rig, const StereoPair& p
   m.options = options;
   m.left_camera = rig.cameras[pair.left];
   m.right_camera = rig.cameras[pair.right];
-  m.rectification = make_rectification(run, m.left_camera, m.right_camera, options.volume_min, options.volume_max);
-  m.bound_disparities();
-  const RectifiedView& view = m.rectification.left;
+  m.rig = rig, m.pair = pair;
+  m.whole = make_rectification(run, m.left_camera, m.right_camera, options.volume_min, options.volume_max);
+  const RectifiedView& view = m.whole.left;
   m.coarse_options.scale = std::min(view.width, view.height) >= kReducibleSide ? 4 : 2;
-  m.grid.stride = options.stride;
-  m.grid.offset = options.stride / 2;
-  m.grid.width = (view.width - m.grid.offset - 1) / options.stride + 1;
-  m.grid.height = (view.height - m.grid.offset - 1) / options.stride + 1;
+  m.lay_out(run);
+}
+
+void StereoMatcher::set_prior(const Run& run, const Surface* prior, const Roi* roi, const PriorOptions& options) {
+  Impl& m = *impl_;
+  if (prior) {
+    Prior made = make_prior(m.whole, *prior, roi, m.options.window, options);
+    m.part = cropped(m.whole, made.crop);
+    m.prior = std::move(made);
+  } else {
+    m.prior.reset();
+  }
+  m.lay_out(run);
 }
 
 StereoMatcher::~StereoMatcher() = default;
@@ -109,21 +156,25 @@ const std::shared_ptr<StereoResult>& StereoMatcher::match(const Run& run, const 
   Impl& m = *impl_;
   check_size(left, m.left_camera, "left");
   check_size(right, m.right_camera, "right");
-  rectify(run, left, m.rectification.left, m.rectify_work, m.left.value, m.left.mask);
-  rectify(run, right, m.rectification.right, m.rectify_work, m.right.value, m.right.mask);
+  const Rectification& rectification = m.rectification();
+  rectify(run, left, rectification.left, m.rectify_work, m.left.value, m.left.mask);
+  rectify(run, right, rectification.right, m.rectify_work, m.right.value, m.right.mask);
   m.left.rounding = rounding_of(left, m.left.value);
   m.right.rounding = rounding_of(right, m.right.value);
-  m.left.noise_gain = m.rectification.left.noise_gain, m.right.noise_gain = m.rectification.right.noise_gain;
-  coarse_match(run, m.left.value, m.left.mask, m.right.value, m.right.mask, m.coarse_options, m.coarse_work, m.coarse);
-  prepare(run, m.left);
-  prepare(run, m.right);
+  m.left.noise_gain = rectification.left.noise_gain, m.right.noise_gain = rectification.right.noise_gain;
+  m.search_coarsely(run);
   match_grid(run, m.left, m.right, m.coarse, m.grid, m.options, m.match_work, m.field);
+  if (m.prior) {
+    hold_against(rectification, *m.prior, m.grid, m.field);
+    if (m.prior->options.follow) follow(rectification, m.match_work.field, *m.prior);
+  }
 
   // use_count is relaxed: the fence orders our writes behind the reads of whoever let go last.
   if (!m.result || m.result.use_count() > 1) m.result = std::make_shared<StereoResult>();
   if (!m.result->surface || m.result->surface.use_count() > 1) m.result->surface = std::make_shared<Surface>();
   std::atomic_thread_fence(std::memory_order_acquire);
-  triangulate(run, m.rectification, m.grid, m.options, m.match_work.noise_of_bend.gain, m.medians, m.field, *m.result);
+  triangulate(run, rectification, m.rig_error, m.grid, m.options, m.match_work.noise_of_bend.gain, m.medians, m.field,
+              *m.result);
   const EpipolarCheck& epipolar = m.match_work.epipolar;
   m.result->epipolar_count = epipolar.count;
   m.result->epipolar_px = epipolar.median, m.result->epipolar_sigma_px = epipolar.sigma;

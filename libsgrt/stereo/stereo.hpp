@@ -39,6 +39,8 @@ enum class Reason : std::uint8_t {
   kLeftRight,
   kAmbiguous,
   kEdge,
+  kMoved,
+  kOccluded,
   kCount
 };
 
@@ -58,12 +60,17 @@ struct StereoResult {
   bool out_of_calibration = false;
 };
 
+struct PriorOptions;
+struct Roi;
+
 // Everything of a pair that does not change from frame to frame, and the buffers that do.
 class StereoMatcher {
  public:
   StereoMatcher(const Run& run, const Rig& rig, const StereoPair& pair, const StereoOptions& options);
   ~StereoMatcher();
   StereoMatcher(StereoMatcher&&) noexcept;
+  // Live mode: from now on only near `prior`, and only where it lies in `roi` (NULL: all of it). NULL: as before.
+  void set_prior(const Run& run, const Surface* prior, const Roi* roi, const PriorOptions& options);
   // The result is reused by the next call unless somebody else still holds it.
   const std::shared_ptr<StereoResult>& match(const Run& run, const ImageView& left, const ImageView& right);
 

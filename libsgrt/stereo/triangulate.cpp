@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/parallel.hpp"
+#include "stereo/rig_error.hpp"
 
 namespace sgrt {
 namespace {
@@ -37,13 +38,30 @@ void place(const Rectification& r, const Grid& grid, std::int64_t k, const kerne
       sigma2 * along.z() * along.z();
 }
 
-void resize(const Grid& grid, StereoResult& result) {
+// The rig's own uncertainty: what surfaces carry as modes, and what these leave out as the point's own.
+void add_rig_error(const Rectification& r, const Grid& grid, std::int64_t k, const kernels::RowMatch& m, ErrorAt& error,
+                   Surface& surface) {
+  const double z = r.f * r.baseline / (m.d - r.disparity_at_infinity());
+  error.move_to(r, grid.x(k), grid.y(k), m.d, z);
+  for (std::size_t i = 0; i < surface.modes.size(); ++i)
+    surface.modes[i].row(k) = error.mode(static_cast<int>(i)).transpose();
+  const Mat3 rest = error.rest();
+  const Vec3 n = surface.normal(k);
+  surface.sigma(k) = std::sqrt(surface.sigma(k) * surface.sigma(k) + n.dot(rest * n));
+  surface.covariance.row(k) +=
+      Eigen::Matrix<double, 1, 6>(rest(0, 0), rest(0, 1), rest(0, 2), rest(1, 1), rest(1, 2), rest(2, 2));
+}
+
+void resize(const Grid& grid, const RigError& error, StereoResult& result) {
   const std::int64_t n = grid.size();
   Surface& s = *result.surface;
   result.width = grid.width, result.height = grid.height;
   s.width = grid.width, s.height = grid.height;
   s.points.resize(n, 3), s.normals.resize(n, 3), s.sigma.resize(n), s.covariance.resize(n, 6);
   s.points.setConstant(kNan), s.normals.setConstant(kNan), s.sigma.setConstant(kNan), s.covariance.setConstant(kNan);
+  s.mode_names = error.names;
+  s.modes.resize(error.names.size());
+  for (Points& mode : s.modes) mode.resize(n, 3), mode.setConstant(kNan);
   result.reason.resize(n);
   result.correlation.assign(n, std::numeric_limits<float>::quiet_NaN());
   result.sigma_px.assign(n, std::numeric_limits<float>::quiet_NaN());
@@ -53,9 +71,10 @@ void resize(const Grid& grid, StereoResult& result) {
 
 }  // namespace
 
-void triangulate(const Run& run, const Rectification& r, const Grid& grid, const StereoOptions& options, double gain,
-                 std::vector<double> (&medians)[3], MatchField& field, StereoResult& result) {
-  resize(grid, result);
+void triangulate(const Run& run, const Rectification& r, const RigError& rig_error, const Grid& grid,
+                 const StereoOptions& options, double gain, std::vector<double> (&medians)[3], MatchField& field,
+                 StereoResult& result) {
+  resize(grid, rig_error, result);
   Surface& surface = *result.surface;
   // Windows that overlap share pixels: so many points carry one sample of noise.
   const double share = std::pow(static_cast<double>(options.window) / grid.stride, 2) / gain;
@@ -63,6 +82,7 @@ void triangulate(const Run& run, const Rectification& r, const Grid& grid, const
   parallel_for(
       run, grid.size(), 2048,
       [&](std::int64_t begin, std::int64_t end) {
+        ErrorAt error(rig_error);
         for (std::int64_t k = begin; k < end; ++k) {
           const kernels::RowMatch& m = field.matches[k];
           const Vec2 left = r.source_pixel(r.left, grid.x(k), grid.y(k));
@@ -76,6 +96,7 @@ void triangulate(const Run& run, const Rectification& r, const Grid& grid, const
             surface.covariance.row(k).setConstant(kNan), surface.sigma(k) = kNan;
             continue;
           }
+          if (rig_error.modes > 0) add_rig_error(r, grid, k, m, error, surface);
           const Vec2 right = r.source_pixel(r.right, grid.x(k) - static_cast<double>(m.d), grid.y(k));
           result.right_px[2 * k] = right.x(), result.right_px[2 * k + 1] = right.y();
           result.correlation[k] = m.correlation;

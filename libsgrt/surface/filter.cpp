@@ -2,6 +2,7 @@
 #include "surface/filter.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -40,21 +41,41 @@ struct Local {
   Vec3 normal;
 };
 
+// The monomials of u and v to the fourth degree, and which of them is the product of the i-th and j-th of the quadric's
+// six.
+constexpr int kMonomials = 15;
+using Monomials = Eigen::Array<double, kMonomials, 1>;
+constexpr std::array<std::array<int, 6>, 6> kProduct{{{0, 1, 2, 3, 4, 5},
+                                                      {1, 3, 4, 6, 7, 8},
+                                                      {2, 4, 5, 7, 8, 9},
+                                                      {3, 6, 7, 10, 11, 12},
+                                                      {4, 7, 8, 11, 12, 13},
+                                                      {5, 8, 9, 12, 13, 14}}};
+
+Mat6 matrix_of(const Monomials& sums) {
+  Mat6 m;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) m(i, j) = sums[kProduct[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]];
+  }
+  return m;
+}
+
 // The weighted normal equations of h(u, v) = a + b u + c v + d u^2 + e u v + f v^2 (eq. 3). Lengths in radii.
 struct Quadric {
-  Mat6 m = Mat6::Zero();   // sum w x x^T
-  Mat6 m2 = Mat6::Zero();  // sum w^2 sigma^2 x x^T
-  Vec6 g = Vec6::Zero();   // sum w h x
+  Monomials m = Monomials::Zero();   // sum w x x^T
+  Monomials m2 = Monomials::Zero();  // sum w^2 sigma^2 x x^T
+  Vec6 g = Vec6::Zero();             // sum w h x
   double hh = 0, weight = 0, weight2 = 0;
   int count = 0;
 
   void add(double u, double v, double h, double kernel, double variance) {
-    Vec6 x;
-    x << 1, u, v, u * u, u * v, v * v;
+    const double uu = u * u, uv = u * v, vv = v * v;
+    Monomials x;
+    x << 1, u, v, uu, uv, vv, uu * u, uu * v, u * vv, vv * v, uu * uu, uu * uv, uu * vv, uv * vv, vv * vv;
     const double w = kernel / variance;
-    m.noalias() += w * x * x.transpose();
-    m2.noalias() += w * kernel * x * x.transpose();
-    g += w * h * x;
+    m += w * x;
+    m2 += w * kernel * x;
+    g += w * h * x.head<6>().matrix();
     hh += w * h * h;
     weight += kernel;
     weight2 += kernel * kernel;
@@ -63,8 +84,8 @@ struct Quadric {
 };
 
 // How much larger the residuals are than noise alone makes them; 1 where the quadric fits (eq. 6).
-double lack_of_fit(const Quadric& q, const Vec6& a, const Mat6& inverse, double correlation) {
-  const double freedom = q.weight - (inverse.cwiseProduct(q.m2)).sum();
+double lack_of_fit(const Quadric& q, const Vec6& a, double fitted, double correlation) {
+  const double freedom = q.weight - fitted;
   if (!(freedom > 0)) return 1;
   const double chi2 = std::max(0.0, q.hh - a.dot(q.g)) / freedom;
   const double spread = std::sqrt(2 * q.weight2 * correlation) / freedom;
@@ -117,13 +138,15 @@ class SpatialFilter {
 
   // Moves the point onto the quadric, unless that would not make it better.
   void smooth(const Quadric& q, const Vec3& e1, const Vec3& e2, Local& local) const {
-    const Eigen::LDLT<Mat6> solver(q.m);
+    const Mat6 m2 = matrix_of(q.m2);
+    const Eigen::LDLT<Mat6> solver(matrix_of(q.m));
     const Vec6 pivots = solver.vectorD();
     if (!(pivots.minCoeff() > kMinPivot * pivots.maxCoeff())) return;
     const Vec6 a = solver.solve(q.g);
     const Mat6 inverse = solver.solve(Mat6::Identity());
-    const double white = inverse.row(0) * q.m2 * inverse.col(0);  // of a, were the noise of all points independent
-    const double variance = white * s_.correlation_points * lack_of_fit(q, a, inverse, s_.correlation_points);  // eq. 5
+    const double white = inverse.row(0) * m2 * inverse.col(0);  // of a, were the noise of all points independent
+    const double fitted = inverse.cwiseProduct(m2).sum();       // weight that the six coefficients take up
+    const double variance = white * s_.correlation_points * lack_of_fit(q, a, fitted, s_.correlation_points);  // eq. 5
     if (!(variance < local.variance)) return;
     local.reason = FilterReason::kFiltered;
     local.height = a[0];

@@ -3,32 +3,27 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "core/error.hpp"
-#include "core/parallel.hpp"
+#include "registration/pass.hpp"
 
 namespace sgrt {
 namespace {
 
 constexpr double kReach = 40;  // mm: a deep breath lifts the chest by 10 to 20
-constexpr std::int64_t kMaxSamples = 600;
 constexpr std::int64_t kMinSamples = 6;
 constexpr double kTukeyEnd = 4.685;
+constexpr int kRounds = 4;
 
 }  // namespace
 
-Breathing::Breathing(const Run& run, const Surface& reference, const Roi& patch)
-    : field_(make_field(run, reference)), inside_(static_cast<std::size_t>(reference.size()), 0) {
+Breathing::Breathing(const Run& run, const Surface& reference, const Roi& patch) {
   direction_.setZero();
   std::int64_t count = 0;
   for (std::int64_t i = 0; i < reference.size(); ++i) {
     if (!contains(patch, reference, i) || !reference.normal(i).allFinite()) continue;
-    inside_[static_cast<std::size_t>(i)] = 1;
     direction_ += reference.normal(i);
-    low_ = count == 0 ? reference.point(i) : low_.cwiseMin(reference.point(i));
-    high_ = count == 0 ? reference.point(i) : high_.cwiseMax(reference.point(i));
     ++count;
   }
   if (count < kMinSamples) {
@@ -38,62 +33,66 @@ Breathing::Breathing(const Run& run, const Surface& reference, const Roi& patch)
   require(direction_.norm() > 0.1 * static_cast<double>(count),
           "gate_roi: the patch faces all ways, expected one side of the body");
   direction_.normalize();
-  low_.array() -= kReach;
-  high_.array() += kReach;
+  patch_ = prepare_reference(run, reference, &patch);
 }
 
-// The shift a along the direction u that explains the distances r_i = a (n_i . u) best: Tukey's weights, three rounds.
-Amplitude Breathing::measure(const Run& run, const Surface& live) {
-  rows_.clear();
-  for (std::int64_t i = 0; i < live.size(); ++i) {
-    const Vec3 x = live.point(i);
-    if ((x.array() >= low_.array()).all() && (x.array() <= high_.array()).all()) rows_.push_back(i);
+// Distances over the patch with the live points lowered by a, so that they are those of the finest level.
+void Breathing::look(const Run& run, const LivePoints& live, double a) {
+  const SurfelField& field = patch_->field;
+  r_.resize(live.x.size());
+  surfel_.resize(live.x.size());
+  PassOptions o;
+  o.levels = static_cast<int>(field.levels.size());
+  o.unit_noise = true;
+  o.r = r_.data();
+  o.surfel = surfel_.data();
+  do_pass(run, field, live, Pose{Mat3::Identity(), -a * direction_}, o);
+  samples_.clear();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(live.count); ++i) {
+    if (surfel_[i] < 0 || !(std::abs(r_[i]) < static_cast<float>(kReach))) continue;
+    const kernels::Surfel& s = surfel_of(field, surfel_[i]);
+    const double slope = normal_of(s).dot(direction_);
+    if (s.counts > 0 && slope > 0.3) samples_.push_back({static_cast<double>(r_[i]), slope});
   }
-  const auto in_box = static_cast<std::int64_t>(rows_.size());
-  const std::int64_t step = std::max<std::int64_t>(1, in_box / kMaxSamples), count = in_box / step;
-  samples_.resize(static_cast<std::size_t>(count));
-  parallel_for(
-      run, count, 256,
-      [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t k = begin; k < end; ++k) {
-          const FieldDistance d = distance_at(field_, live.point(rows_[static_cast<std::size_t>(k * step)]), kReach);
-          Sample& s = samples_[static_cast<std::size_t>(k)];
-          s.r = std::numeric_limits<double>::quiet_NaN();
-          if (d.nearest < 0 || inside_[static_cast<std::size_t>(d.nearest)] == 0) continue;
-          s = {d.distance, d.normal.dot(direction_)};
-        }
-      },
-      "breathing");
-  samples_.erase(std::remove_if(samples_.begin(), samples_.end(),
-                                [](const Sample& s) { return !(std::abs(s.r) < kReach && s.slope > 0.3); }),
-                 samples_.end());
+}
+
+template <class Of>
+double Breathing::median(Of&& of) {
+  sorted_.clear();
+  for (const Sample& s : samples_) sorted_.push_back(of(s));
+  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+  std::nth_element(sorted_.begin(), middle, sorted_.end());
+  return *middle;
+}
+
+// The shift a along the direction u that explains the distances r_i = a (n_i . u) best: Tukey's weights.
+Amplitude Breathing::measure(const Run& run, const LivePoints& live) {
   Amplitude out;
-  out.points = static_cast<std::int64_t>(samples_.size());
-  if (out.points < kMinSamples) return out;
-  const auto median = [&](auto&& of) {
-    sorted_.clear();
-    for (const Sample& s : samples_) sorted_.push_back(of(s));
-    const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-    std::nth_element(sorted_.begin(), middle, sorted_.end());
-    return *middle;
-  };
-  double a = median([](const Sample&s) { return s.r / s.slope; }), information = 0, scatter = 0;
-  for (int round = 0; round < 3; ++round) {
-    const double scale = std::max(1e-6, 1.4826 * median([a](const Sample& s) { return std::abs(s.r - a * s.slope); }));
-    double sum = 0;
-    information = scatter = 0;
-    for (const Sample& s : samples_) {
-      const double u = (s.r - a * s.slope) / (kTukeyEnd * scale);
-      const double w = u * u < 1 ? (1 - u * u) * (1 - u * u) : 0;
-      sum += w * s.r * s.slope;
-      information += w * s.slope * s.slope;
-      scatter += w * w * s.slope * s.slope * (s.r - a * s.slope) * (s.r - a * s.slope);
+  double a = 0, sigma = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    look(run, live, a);
+    out.points = static_cast<std::int64_t>(samples_.size());
+    if (out.points < kMinSamples) return out;
+    double d = median([](const Sample& s) { return s.r / s.slope; });
+    if (round > 1) {
+      const double scale =
+          std::max(1e-6, 1.4826 * median([d](const Sample& s) { return std::abs(s.r - d * s.slope); }));
+      double sum = 0, information = 0, scatter = 0;
+      for (const Sample& s : samples_) {
+        const double u = (s.r - d * s.slope) / (kTukeyEnd * scale);
+        const double w = u * u < 1 ? (1 - u * u) * (1 - u * u) : 0;
+        sum += w * s.r * s.slope;
+        information += w * s.slope * s.slope;
+        scatter += w * w * s.slope * s.slope * (s.r - d * s.slope) * (s.r - d * s.slope);
+      }
+      if (!(information > 0)) return out;
+      d = sum / information;
+      sigma = std::sqrt(scatter) / information;
     }
-    if (!(information > 0)) return out;
-    a = sum / information;
+    a += d;
   }
   out.mm = a;
-  out.sigma = std::sqrt(scatter) / information;
+  out.sigma = sigma;
   return out;
 }
 

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "core/roi.hpp"
 #include "core/run.hpp"
 #include "core/surface.hpp"
-#include "surface/field.hpp"
+#include "registration/live.hpp"
+#include "registration/reference.hpp"
 
 namespace sgrt {
 
@@ -20,21 +22,24 @@ struct Amplitude {
 
 class Breathing {
  public:
-  // patch: of the reference, which must outlive this. Throws kInsufficientData below 6 points.
+  // patch: of the reference, which has normals. Throws kInsufficientData below 6 points.
   Breathing(const Run& run, const Surface& reference, const Roi& patch);
   // NaN where fewer than 6 live points lie over the patch.
-  Amplitude measure(const Run& run, const Surface& live);
+  Amplitude measure(const Run& run, const LivePoints& live);
   const Vec3& direction() const { return direction_; }
 
  private:
   struct Sample {
     double r, slope;  // distance along the normal, mm; cosine between the normal and the direction
   };
-  Field field_;
-  std::vector<std::uint8_t> inside_;
-  Vec3 low_, high_;  // of the patch, grown by the reach of the measurement
+  void look(const Run& run, const LivePoints& live, double a);
+  template <class Of>
+  double median(Of&& of);
+
+  std::shared_ptr<const Reference> patch_;
   Vec3 direction_;
-  std::vector<std::int64_t> rows_;  // kept between frames, like samples_
+  std::vector<float> r_;  // kept between frames, like the others
+  std::vector<std::int32_t> surfel_;
   std::vector<Sample> samples_;
   std::vector<double> sorted_;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "registration/search.hpp"
 #include "surface/normals.hpp"
 
 namespace sgrt {
@@ -12,7 +13,9 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegree = 3.14159265358979323846 / 180;
-constexpr double kMaxCarry = 2;  // a motion is carried on for at most so many times the step in which it was seen
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNearStart = 4;  // mm: a predicted start is seldom farther off
+constexpr double kMaxCarry = 2;   // a motion is carried on for at most so many times the step in which it was seen
 
 Tolerance tolerance_in(const TrackerOptions& o) {
   const Tolerance t = tolerance_of(o.profile);
@@ -33,6 +36,7 @@ void check(const Vec3& isocentre, const TrackerOptions& o) {
   refuse_unless(o.hysteresis > 0 && o.hysteresis <= 1, "hysteresis", o.hysteresis, "more than 0, at most 1");
   refuse_unless(o.resume >= 0 && std::isfinite(o.resume), "resume_s", o.resume, "0 or more");
   refuse_unless(o.max_gap > 0, "max_gap_s", o.max_gap, "more than 0");
+  refuse_unless(o.search_every >= 0 && std::isfinite(o.search_every), "search_every_s", o.search_every, "0 or more");
   refuse_unless(o.gate_low < o.gate_high, "gate_low_mm", o.gate_low, "less than gate_high_mm");
 }
 
@@ -54,12 +58,15 @@ void blank(TrackFrame& f, const Vec3& isocentre, double time) {
   clear(r.displacement);
   clear(r.correction);
   r.covariance.setConstant(kNan);
+  r.random = r.shared = r.covariance;
   r.free.clear();
+  r.directions.clear();
   r.rms = r.inlier_share = kNan;
   clear(f.drift);
   f.time = time;
   f.state = TrackState::kLost;
   f.attempts = 0;
+  f.searched = false;
   f.beam = false;
   f.hold = kHoldNoPose;
   f.breathing = Amplitude{};
@@ -77,7 +84,7 @@ bool trusted(const IcpResult& r) {
 
 Tracker::Tracker(const Run& run, std::shared_ptr<const Surface> reference, const Vec3& isocentre, const Roi* roi,
                  const Roi* patch, const TrackerOptions& options)
-    : isocentre_(isocentre), options_(options), beam_(beam_options(options)) {
+    : isocentre_(isocentre), options_(options), beam_(beam_options(options)), work_(std::make_unique<Workspace>()) {
   check(isocentre, options);
   // A pose is good enough for a tolerance when two of its sigmas fit inside.
   options_.icp.weak_sigma = std::min(options_.icp.weak_sigma, 0.5 * tolerance_in(options).mm);
@@ -85,6 +92,9 @@ Tracker::Tracker(const Run& run, std::shared_ptr<const Surface> reference, const
   frame_.index = -1;
   replace_reference(run, std::move(reference), roi, patch);
 }
+
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker::~Tracker() = default;
 
 void Tracker::replace_reference(const Run& run, std::shared_ptr<const Surface> reference, const Roi* roi,
                                 const Roi* patch) {
@@ -98,12 +108,12 @@ void Tracker::replace_reference(const Run& run, std::shared_ptr<const Surface> r
   std::unique_ptr<Breathing> breathing;
   if (patch != nullptr) breathing = std::make_unique<Breathing>(run, *reference, *patch);
   reference_ = prepare_reference(run, *reference, roi);
-  surface_ = std::move(reference);
   breathing_ = std::move(breathing);
   beam_ = Beam(beam_options(options_));
   last_.reset();
   before_.reset();
   start_.reset();
+  searched_.reset();
   lost_ = false;
 }
 
@@ -119,21 +129,37 @@ Pose Tracker::predicted(double time) const {
   return about(carried, -isocentre_) * last_->pose;
 }
 
-bool Tracker::align_from(const Run& run, const Surface& live, const Pose& start) {
+bool Tracker::align_from(const Run& run, const Surface& live, const Pose& start, double start_error) {
   ++frame_.attempts;
-  IcpResult r = align(run, *reference_, live, isocentre_, start, options_.icp);
-  const bool good = trusted(r);
+  align_into(run, *reference_, live, isocentre_, start, start_error, options_.icp, Detail::kPose, *work_, attempt_);
+  const bool good = trusted(attempt_);
   // The first attempt tells what is the matter, unless a later one gets further.
-  if (frame_.attempts == 1 || good || (r.status == Status::kOk && frame_.icp.status != Status::kOk)) {
-    frame_.icp = std::move(r);
+  if (frame_.attempts == 1 || good || (attempt_.status == Status::kOk && frame_.icp.status != Status::kOk)) {
+    std::swap(frame_.icp, attempt_);
   }
   return good;
 }
 
+// Assumes nothing about where the patient is; not more often than search_every.
+bool Tracker::search_anywhere(const Run& run, const Surface& live) {
+  if (!options_.search || (searched_ && frame_.time - *searched_ < options_.search_every)) return false;
+  searched_ = frame_.time;
+  frame_.searched = true;
+  IcpOptions anywhere = options_.icp;
+  anywhere.anywhere = true;
+  align_into(run, *reference_, live, isocentre_, Pose{}, kInfinity, anywhere, Detail::kPose, *work_, attempt_);
+  if (!trusted(attempt_)) return false;
+  std::swap(frame_.icp, attempt_);
+  frame_.icp.verdict_words = "ok: found by a search anywhere";
+  return true;
+}
+
 void Tracker::locate(const Run& run, const Surface& live) {
-  if (align_from(run, live, predicted(frame_.time))) return;
-  if (before_ && align_from(run, live, last_->pose)) return;
-  if (last_) align_from(run, live, Pose{});
+  if (align_from(run, live, predicted(frame_.time), last_ ? kNearStart : kInfinity)) return;
+  if (last_ && align_from(run, live, last_->pose, kInfinity)) return;
+  if (last_ && align_from(run, live, Pose{}, kInfinity)) return;
+  if (search_anywhere(run, live)) return;
+  if (frame_.searched) frame_.icp.verdict_words += "; nor found by a search anywhere";
 }
 
 void Tracker::remember() {
@@ -143,8 +169,9 @@ void Tracker::remember() {
     before_.reset();  // the motion is not known any more
     return;
   }
-  frame_.state = lost_ ? TrackState::kFound : TrackState::kTracking;
-  before_ = lost_ ? std::nullopt : last_;
+  const bool jump = lost_ || frame_.searched;
+  frame_.state = jump ? TrackState::kFound : TrackState::kTracking;
+  before_ = jump ? std::nullopt : last_;
   last_ = Seen{r.reference_from_live, frame_.time};
   lost_ = false;
   if (!start_) start_ = r.reference_from_live;
@@ -157,7 +184,7 @@ void Tracker::take(const Run& run, const Surface* live) {
     frame_.icp.message = frame_.icp.verdict_words = "no surface: the cameras had nothing";
   } else {
     locate(run, *live);
-    if (breathing_) frame_.breathing = breathing_->measure(run, *live);
+    if (breathing_) frame_.breathing = breathing_->measure(run, work_->live);
   }
   remember();
   const IcpResult& r = frame_.icp;

@@ -26,7 +26,7 @@ static void test_texts(const sgrt_rig* rig) {
   sgrt_rig* again;
   info.struct_size = sizeof info;
   CHECK_OK(sgrt_rig_summary(rig, &info));
-  CHECK(info.camera_count == 2 && info.pair_count == 1 && info.reserved == 0);
+  CHECK(info.camera_count == 2 && info.pair_count == 1 && info.tof_count == 0);
   CHECK(strcmp(sgrt_rig_text(rig, SGRT_RIG_ID, 0), "room 7 \xc3\xa4") == 0);
   CHECK(strcmp(sgrt_rig_text(rig, SGRT_RIG_ROOM, 0), "IEC 61217 fixed, mm") == 0);
   CHECK(strcmp(sgrt_rig_text(rig, SGRT_RIG_CAMERA_ID, 1), "right") == 0);

@@ -101,14 +101,52 @@ static void test_the_session_matches_as_a_single_call(const sgrt_rig* rig, sgrt_
 static void test_the_steady_state_allocates_nothing(sgrt_stereo_session* session) {
   const sgrt_stereo* result = NULL;
   int i;
-  CHECK_OK(push(NULL, session, 0, 20, &result));
-  CHECK_OK(push(NULL, session, 1, 20, &result));
+  CHECK_OK(push(NULL, session, 0, 40, &result));
+  CHECK_OK(push(NULL, session, 1, 40, &result));
   allocations = 0;
   counting = 1;
-  for (i = 0; i < 4; ++i) CHECK_OK(push(NULL, session, i % 2, 21 + i, &result));
+  for (i = 0; i < 4; ++i) CHECK_OK(push(NULL, session, i % 2, 40, &result));
   counting = 0;
   CHECK(allocations == 0);
   if (allocations) fprintf(stderr, "%ld allocations in 4 pushes\n", allocations);
+}
+
+/* Live mode: near an earlier surface, in a part of it; then everywhere again. */
+static void test_a_prior(sgrt_stereo_session* session) {
+  const double low[3] = {-30, -30, -500}, high[3] = {30, 30, 500};
+  sgrt_stereo_prior_options options;
+  sgrt_stereo_info all, part;
+  const sgrt_stereo* result = NULL;
+  sgrt_surface* prior = NULL;
+  sgrt_roi* roi = NULL;
+  all.struct_size = part.struct_size = sizeof all;
+  CHECK_OK(push(NULL, session, 0, 40, &result));
+  CHECK_OK(sgrt_stereo_summary(result, &all));
+  CHECK_OK(sgrt_stereo_surface(result, &prior));
+  CHECK_OK(sgrt_roi_from_box(low, high, &roi));
+  CHECK_OK(sgrt_stereo_prior_options_init(&options, sizeof options));
+  CHECK(options.follow == 0 && options.band_mm == 25);
+  CHECK_INVALID(sgrt_stereo_session_set_prior(NULL, NULL, prior, roi, &options), "session: NULL");
+  CHECK_INVALID(sgrt_stereo_session_set_prior(NULL, session, NULL, roi, &options), "roi: given without a prior");
+  options.follow = 2;
+  CHECK_INVALID(sgrt_stereo_session_set_prior(NULL, session, prior, roi, &options), "follow: 2");
+  options.follow = 1;
+  options.band_mm = NAN;
+  CHECK_INVALID(sgrt_stereo_session_set_prior(NULL, session, prior, roi, &options), "band_mm: nan");
+  options.band_mm = 20;
+  CHECK_OK(sgrt_stereo_session_set_prior(NULL, session, prior, roi, &options));
+  CHECK_OK(push(NULL, session, 1, 40, &result)); /* 10 mm higher than the prior */
+  CHECK_OK(sgrt_stereo_summary(result, &part));
+  CHECK(part.point_count > 50 && part.point_count < all.point_count / 2);
+  CHECK(part.width < all.width && part.height < all.height);
+  CHECK_NEAR(height_of(result), 30, 0.1);
+  test_the_steady_state_allocates_nothing(session);
+  CHECK_OK(sgrt_stereo_session_set_prior(NULL, session, NULL, NULL, NULL));
+  CHECK_OK(push(NULL, session, 0, 40, &result));
+  CHECK_OK(sgrt_stereo_summary(result, &part));
+  CHECK(part.point_count == all.point_count);
+  sgrt_roi_free(roi);
+  sgrt_surface_free(prior);
 }
 
 static void test_bad_arguments(const sgrt_rig* rig) {
@@ -136,6 +174,7 @@ int main(void) {
   test_errors_in_between(session);
   test_the_session_matches_as_a_single_call(rig, session);
   test_the_steady_state_allocates_nothing(session);
+  test_a_prior(session);
   test_bad_arguments(rig);
   sgrt_stereo_session_free(session);
   sgrt_rig_free(rig);

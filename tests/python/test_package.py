@@ -107,12 +107,14 @@ def test_docstrings_name_their_c_function():
 
 def test_defaults_are_the_librarys():
     """What the header says of a default stands in the signature."""
-    signature = _core.icp_align.__doc__.splitlines()[0]
-    for option, value in re.findall(r"(?:int32_t|double) (\w+);\s*/\* [^*]*?default ([\d.e-]+)", HEADER):
-        if f" {option}:" in signature and option not in ("max_distance_mm", "max_angle_deg"):
-            written = re.search(rf" {option}: [^=]*= ([\d.e-]+)", signature)[1]
-            assert float(written) == float(value), option
-    assert "max_iterations" in signature
+    for noun in ("icp", "coarse"):
+        signature = getattr(_core, f"{noun}_align").__doc__.splitlines()[0]
+        options = re.search(rf"typedef struct sgrt_{noun}_options \{{(.*?)\}}", HEADER, flags=re.S)[1]
+        defaults = re.findall(r"(?:int32_t|double) (\w+);\s*/\* [^*]*?default ([\d.e-]+)", options)
+        assert len(defaults) >= 4
+        for option, value in defaults:
+            written = re.search(rf" {option}: [^=]*= ([\d.e-]+)", signature)
+            assert written and float(written[1]) == float(value), option
 
 
 def test_the_library_stands_beside_the_extension():

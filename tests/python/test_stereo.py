@@ -179,3 +179,39 @@ def test_a_blocked_pod_leaves_the_others_theirs(images, tmp_path, capfd):
     code, out, err = call(tmp_path, capfd, ("pod1", "dark.png", "dark.png"), ("pod2", "dark.png", "dark.png"))
     assert code == 1
     assert json.loads(out)["surface"] is None
+
+
+def test_live_near_a_prior(rig, images, stereo, tmp_path, capfd):
+    middle = sgrt.Roi.box((-100, -75, -100), (100, 75, 100))
+    session = sgrt.StereoSession(rig, "pod1", prior=stereo.surface, roi=middle)
+    found = session.push(*images, time_s=0.0)
+    assert 0.15 * stereo.point_count < found.point_count < 0.6 * stereo.point_count
+    assert np.nanmax(np.abs(found.surface.points[..., 2])) < 1
+    assert np.nanmax(np.abs(found.surface.points[..., 0])) < 100 + 10  # a node of 7 px
+    assert found.counts["out_of_volume"] > 0
+    with pytest.raises(sgrt.InvalidArgument, match="roi"):
+        session.set_prior(None, roi=middle)
+    with pytest.raises(sgrt.InsufficientData, match="prior"):
+        session.set_prior(stereo.surface, roi=sgrt.Roi.box((900, 900, 0), (901, 901, 1)))
+    session.set_prior()
+    assert session.push(*images, time_s=1.0).point_count == stereo.point_count
+    # Moved away from the prior: told, not pulled.
+    shift = np.eye(4)
+    shift[2, 3] = 20
+    session.set_prior(stereo.surface.moved(shift), band_mm=10)
+    with pytest.raises(sgrt.NotFound) as caught:
+        session.push(*images, time_s=2.0)
+    assert caught.value.result.counts["moved"] > 1000
+
+    sgrt.io.write_surface(tmp_path / "prior.ply", stereo.surface)
+    sgrt.io.write_roi(tmp_path / "roi.json", middle)
+    (tmp_path / "rig.json").write_text(json.dumps(rig_document()))
+    for side, image in zip(("left", "right"), images, strict=True):
+        sgrt.io.write_image(tmp_path / f"{side}.png", image)
+    line = ["stereo", "--rig", "rig.json", "--pair", "pod1", "left.png", "right.png", "--out", "s.ply", "--json"]
+    line = [str(tmp_path / a) if "." in a else a for a in line]
+    live = ["--prior", str(tmp_path / "prior.ply"), "--roi", str(tmp_path / "roi.json")]
+    assert main([*line, *live]) == 0
+    assert json.loads(capfd.readouterr().out)["pairs"][0]["points"] == found.point_count
+    assert main([*line, *live[2:]]) == 2
+    assert "--prior" in capfd.readouterr().err

@@ -63,8 +63,21 @@ def test_a_frame_says_what_it_knows(reference):
     assert second.drift.lat_mm == pytest.approx(0, abs=0.05)
 
 
-def test_lost_and_found(reference):
+def test_found_anywhere(reference):
     track = tracker(reference)
+    assert track.push(body(1), time_s=0).beam == "on"
+    away = track.push(body(2, vrt_mm=300), time_s=0.1)
+    assert (away.status, away.state, away.beam, away.searched) == ("ok", "found", "hold", True)
+    assert away.displacement.vrt_mm == pytest.approx(300, abs=0.1)
+    assert away.verdict_text == "ok: found by a search anywhere"
+    on = track.push(body(3, vrt_mm=300.5), time_s=0.2)
+    assert (on.state, on.searched, on.attempts) == ("tracking", False, 1)
+    with pytest.raises(sgrt.InvalidArgument, match="search_every_s"):
+        tracker(reference, search_every_s=-1)
+
+
+def test_lost_and_found(reference):
+    track = tracker(reference, search=False)
     assert track.push(body(1), time_s=0).beam == "on"
     away = track.push(body(2, vrt_mm=300), time_s=0.1)
     assert (away.status, away.state, away.beam, away.hold) == ("not_found", "lost", "hold", ["no_pose"])

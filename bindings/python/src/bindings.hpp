@@ -64,6 +64,9 @@ struct Roi {
 struct Rig {
   Owned<sgrt_rig, sgrt_rig_free> handle;
 };
+struct Curve {
+  Owned<sgrt_nurbs_curve, sgrt_nurbs_curve_free> handle;
+};
 struct Nurbs {  // a surface
   Owned<sgrt_nurbs_surface, sgrt_nurbs_surface_free> handle;
 };
@@ -166,7 +169,7 @@ class ArrayLike : public py::object {
 using MaybeArray = std::optional<ArrayLike>;
 using Doubles = py::array_t<double>;
 
-enum class Accept { kFloats, kImages, kIndices, kVoxels };
+enum class Accept { kFloats, kImages, kIndices, kVoxels, kTaps };
 
 // An input as a view of its own memory: no copy but of lists and of memory that is not aligned. Absent: data NULL.
 struct InView {
@@ -230,11 +233,16 @@ void register_frame(py::module_& m);
 void register_rig(py::module_& m);
 void register_stereo(py::module_& m);
 void register_laser(py::module_& m);
+void register_tof(py::module_& m);
 void register_nurbs(py::module_& m);
 void register_nurbs_fit(py::module_& m);
+void register_curvature(py::module_& m);
+void register_landmarks(py::module_& m);
 void register_volume(py::module_& m);
 void register_icp(py::module_& m);
 void register_calibration(py::module_& m);
+void register_advice(py::module_& m);
+void register_coarse(py::module_& m);
 void register_deform(py::module_& m);
 void register_tracker(py::module_& m);
 

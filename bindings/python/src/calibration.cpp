@@ -11,6 +11,7 @@ struct Calibration {
   std::string report;
   std::vector<std::string> warnings, parameters;
   std::optional<Doubles> corners, covariance;
+  std::optional<py::array_t<float>> pixel_offset;
   std::optional<Rig> rig;
 };
 
@@ -74,6 +75,8 @@ Calibration unpack(CalibrationHandle handle) {
   c.corners = lend<double>(view, base);
   run([&] { return sgrt_calibration_array(result, SGRT_CALIBRATION_COVARIANCE, &view); });
   c.covariance = lend<double>(view, base);
+  run([&] { return sgrt_calibration_array(result, SGRT_CALIBRATION_PIXEL_OFFSET, &view); });
+  c.pixel_offset = lend<float>(view, base);
   Rig rig;
   sgrt_status status;
   {
@@ -234,6 +237,41 @@ Calibration laser(const Rig& rig, const std::string& laser_id, const Cameras& ca
   return unpack(std::move(handle));
 }
 
+Calibration tof(const Rig& rig, const std::string& tof_id, const std::vector<ArrayLike>& taps,
+                const ArrayLike& board_mm, const MaybeArray& room_from_board, const std::optional<Cameras>& cameras,
+                const MaybeArray& points, const MaybeArray& index, const MaybeArray& pixels,
+                const std::vector<std::string>& placements, bool half_turn_ambiguous, double range_min_mm,
+                double range_max_mm, double saturation, int32_t amplitude_knots, double knot_spacing_mm,
+                double pixel_sigma_mm, Context* context) {
+  const char* id = c_text(tof_id, "tof_id");
+  auto options = defaults(sgrt_calibration_tof_options_init);
+  read_numbers(board_mm, "board_mm", {4}, options.board_mm);
+  options.amplitude_knots = amplitude_knots;
+  options.knot_spacing_mm = knot_spacing_mm;
+  options.pixel_sigma_mm = pixel_sigma_mm;
+  options.sensor.range_min_mm = range_min_mm;
+  options.sensor.range_max_mm = range_max_mm;
+  options.sensor.saturation = saturation;
+  std::vector<InView> keep;
+  std::vector<sgrt_view> views;
+  keep.reserve(taps.size());
+  for (const ArrayLike& frames : taps) {
+    keep.emplace_back(frames, "taps", Accept::kTaps);
+    views.push_back(keep.back().view);
+  }
+  const InView poses(room_from_board, "room_from_board", Accept::kFloats);
+  Data data;
+  const bool seen = cameras && points && index && pixels;
+  if (seen) fill(data, *cameras, *points, *index, *pixels, std::nullopt, placements, {}, half_turn_ambiguous);
+  CalibrationHandle handle;
+  const Outcome outcome = attempt(context, [&](sgrt_context* c) {
+    return sgrt_calibration_tof(c, rig.handle.get(), id, views.data(), static_cast<int32_t>(views.size()), &poses.view,
+                                seen ? &data.c : nullptr, &options, out(handle));
+  });
+  if (outcome.status != SGRT_OK) fail_with(outcome, std::move(handle));
+  return unpack(std::move(handle));
+}
+
 Doubles pixel_covariance(const Rig& rig, const std::string& camera_id, const ArrayLike& x_in_room, Context* context) {
   const InView x(x_in_room, "x_in_room", Accept::kFloats);
   const char* id = c_text(camera_id, "camera_id");
@@ -305,6 +343,18 @@ Raises InsufficientData: the stripe hardly crosses the board, or one reading. De
     does not turn. InvalidArgument. Cancelled.
 C: sgrt_calibration_laser)";
 
+constexpr const char* kTofDoc =
+    R"(The range error of a time-of-flight camera from a flat board at known poses: a Calibration whose rig holds the corrections.
+
+taps: a list, one array a placement, as of tof_measure. board_mm: left, top, right, bottom of the part of the board's plane that is flat and
+    bare. room_from_board: N x 4 x 4, the plane being z = 0; or None: cameras, points, index, pixels, placements as of calibration_check tell
+    where the rig's cameras saw the board. range_min_mm, range_max_mm, saturation: as of tof_measure. amplitude_knots: of the amplitude's term, 0
+    for none. knot_spacing_mm: of the range correction. pixel_sigma_mm: what a pixel's offset may be, 0 for none.
+
+The result's pixel_offset_mm belongs into the file that its rig names.
+Raises InsufficientData: too few pixels saw the board. InvalidArgument. Cancelled.
+C: sgrt_calibration_tof)";
+
 }  // namespace
 
 void register_calibration(py::module_& m) {
@@ -337,6 +387,8 @@ void register_calibration(py::module_& m) {
       .def_readonly(
           "corners", &Calibration::corners,
           "float64, K x 8: camera, placement, point, pixel x y, residual x y (px), 1 where it counts; or None.")
+      .def_readonly("pixel_offset_mm", &Calibration::pixel_offset,
+                    "float32, H x W: to be subtracted from the range; None but after calibration_tof.")
       .def_property_readonly(
           "rig", [](Calibration& r) -> Rig* { return r.rig ? &*r.rig : nullptr; },
           py::return_value_policy::reference_internal, "The Rig, or None.\n\nC: sgrt_calibration_rig")
@@ -385,6 +437,14 @@ void register_calibration(py::module_& m) {
         py::arg("half_turn_ambiguous") = false, py::arg("fixed") = false, py::arg("max_iterations") = o.max_iterations,
         py::arg("outlier_sigma") = o.outlier_sigma, py::arg("noise_px") = o.noise_px, py::arg("context") = none,
         kLaserDoc);
+  const auto t = defaults(sgrt_calibration_tof_options_init);
+  m.def("calibration_tof", &tof, py::arg("rig"), py::arg("tof_id"), py::arg("taps"), py::kw_only(), py::arg("board_mm"),
+        py::arg("room_from_board") = none, py::arg("cameras") = none, py::arg("points") = none, py::arg("index") = none,
+        py::arg("pixels") = none, py::arg("placements") = std::vector<std::string>{},
+        py::arg("half_turn_ambiguous") = false, py::arg("range_min_mm") = t.sensor.range_min_mm,
+        py::arg("range_max_mm") = t.sensor.range_max_mm, py::arg("saturation") = t.sensor.saturation,
+        py::arg("amplitude_knots") = t.amplitude_knots, py::arg("knot_spacing_mm") = t.knot_spacing_mm,
+        py::arg("pixel_sigma_mm") = t.pixel_sigma_mm, py::arg("context") = none, kTofDoc);
   m.def("rig_pixel_covariance", &pixel_covariance, py::arg("rig"), py::arg("camera_id"), py::arg("x_in_room"),
         py::kw_only(), py::arg("context") = none,
         "float64, N x 3, xx xy yy, px2: how uncertain the rig's calibration leaves the pixels of room points (N x 3, "

@@ -1,4 +1,6 @@
 // Fine registration: the rigid motion that lays live on the reference, with its covariance and observability.
+#include <algorithm>
+
 #include "bindings.hpp"
 
 namespace sgrt_py {
@@ -54,10 +56,21 @@ Reference prepare(const py::object& surface, const py::object& roi, Context* con
   return reference;
 }
 
+int32_t number_of(const std::string& word, const char* name, std::initializer_list<const char*> words) {
+  std::string all;
+  for (const char* known : words) {
+    if (word == known) return static_cast<int32_t>(std::find(words.begin(), words.end(), known) - words.begin());
+    all += (all.empty() ? "" : ", ") + std::string(known);
+  }
+  invalid(std::string(name) + ": '" + word + "' is unknown; expected one of " + all);
+}
+
 struct Options {
   int32_t max_iterations;
   double max_distance_mm, max_angle_deg, min_inlier_share, step_tolerance_mm, weak_sigma_mm, degenerate_sigma_mm;
   bool anywhere;
+  const std::string &residual, &kernel;
+  double keep_share;
 
   sgrt_icp_options to_c() const {
     auto options = defaults(sgrt_icp_options_init);
@@ -69,6 +82,9 @@ struct Options {
     options.weak_sigma_mm = weak_sigma_mm;
     options.degenerate_sigma_mm = degenerate_sigma_mm;
     options.anywhere = anywhere ? 1 : 0;
+    options.residual = number_of(residual, "residual", {"plane", "point_svd", "point_quaternion", "symmetric"});
+    options.kernel = number_of(kernel, "kernel", {"auto", "none", "tukey", "welsch"});
+    options.keep_share = keep_share;
     return options;
   }
 };
@@ -92,9 +108,11 @@ Icp align_with(const ArrayLike& isocentre_mm, const MaybeArray& initial_referenc
 Icp align(const Surface& reference, const Surface& live, const ArrayLike& isocentre_mm, const Roi* roi,
           const MaybeArray& initial_reference_from_live, bool anywhere, int32_t max_iterations, double max_distance_mm,
           double max_angle_deg, double min_inlier_share, double step_tolerance_mm, double weak_sigma_mm,
-          double degenerate_sigma_mm, Context* context) {
+          double degenerate_sigma_mm, const std::string& residual, const std::string& kernel, double keep_share,
+          Context* context) {
   const Options options{max_iterations,    max_distance_mm, max_angle_deg,       min_inlier_share,
-                        step_tolerance_mm, weak_sigma_mm,   degenerate_sigma_mm, anywhere};
+                        step_tolerance_mm, weak_sigma_mm,   degenerate_sigma_mm, anywhere,
+                        residual,          kernel,          keep_share};
   return align_with(
       isocentre_mm, initial_reference_from_live, options, context,
       [&](sgrt_context* c, const double* iso, const double* initial, const sgrt_icp_options* o, sgrt_icp** result) {
@@ -106,9 +124,11 @@ Icp align(const Surface& reference, const Surface& live, const ArrayLike& isocen
 Icp align_prepared(const Reference& reference, const Surface& live, const ArrayLike& isocentre_mm,
                    const MaybeArray& initial_reference_from_live, bool anywhere, int32_t max_iterations,
                    double max_distance_mm, double max_angle_deg, double min_inlier_share, double step_tolerance_mm,
-                   double weak_sigma_mm, double degenerate_sigma_mm, Context* context) {
+                   double weak_sigma_mm, double degenerate_sigma_mm, const std::string& residual,
+                   const std::string& kernel, double keep_share, Context* context) {
   const Options options{max_iterations,    max_distance_mm, max_angle_deg,       min_inlier_share,
-                        step_tolerance_mm, weak_sigma_mm,   degenerate_sigma_mm, anywhere};
+                        step_tolerance_mm, weak_sigma_mm,   degenerate_sigma_mm, anywhere,
+                        residual,          kernel,          keep_share};
   return align_with(
       isocentre_mm, initial_reference_from_live, options, context,
       [&](sgrt_context* c, const double* iso, const double* initial, const sgrt_icp_options* o, sgrt_icp** result) {
@@ -146,6 +166,8 @@ initial_reference_from_live: 4 x 4 first guess; None: identity. anywhere: True a
 max_iterations: of closest points and step. max_distance_mm, max_angle_deg: pairs beyond never count. min_inlier_share: below it the
     surfaces do not overlap. step_tolerance_mm: converged when a step moves no inlier by more. weak_sigma_mm: verdict 'weak' when one sigma
     of a motion exceeds it (rotations at 100 mm). degenerate_sigma_mm: Degenerate beyond it.
+residual: 'plane', 'point_svd', 'point_quaternion' or 'symmetric'; kernel: 'auto', 'none', 'tukey' or 'welsch'; keep_share: of the pairs,
+    the nearest. The defaults are the fast search, any other choice is textbook ICP; to closest points it takes many more iterations.
 
 Raises InsufficientData: fewer than 6 points or pairs. NotFound: no overlap. Degenerate: a direction is free. NotConverged: max_iterations
     came first. These four carry the diagnostics as error.result, its pose NaN. InvalidArgument. Cancelled.
@@ -277,7 +299,9 @@ C: sgrt_icp_summary, sgrt_icp_array, sgrt_icp_text)")
            py::arg("max_iterations") = d.max_iterations, py::arg("max_distance_mm") = d.max_distance_mm,
            py::arg("max_angle_deg") = d.max_angle_deg, py::arg("min_inlier_share") = d.min_inlier_share,
            py::arg("step_tolerance_mm") = d.step_tolerance_mm, py::arg("weak_sigma_mm") = d.weak_sigma_mm,
-           py::arg("degenerate_sigma_mm") = d.degenerate_sigma_mm, py::arg("context") = none, kAlignPreparedDoc)
+           py::arg("degenerate_sigma_mm") = d.degenerate_sigma_mm, py::arg("residual") = "plane",
+           py::arg("kernel") = "auto", py::arg("keep_share") = d.keep_share, py::arg("context") = none,
+           kAlignPreparedDoc)
       .def("predict", &predict, py::kw_only(), py::arg("isocentre_mm"), py::arg("live_sigma_mm"),
            py::arg("context") = none, kPredictDoc)
       .def("__repr__", [](const Reference& r) { return py::str("<sgrt.Reference of {!r}>").format(r.surface); })
@@ -289,7 +313,8 @@ C: sgrt_icp_summary, sgrt_icp_array, sgrt_icp_text)")
         py::arg("max_iterations") = d.max_iterations, py::arg("max_distance_mm") = d.max_distance_mm,
         py::arg("max_angle_deg") = d.max_angle_deg, py::arg("min_inlier_share") = d.min_inlier_share,
         py::arg("step_tolerance_mm") = d.step_tolerance_mm, py::arg("weak_sigma_mm") = d.weak_sigma_mm,
-        py::arg("degenerate_sigma_mm") = d.degenerate_sigma_mm, py::arg("context") = none, kAlignDoc);
+        py::arg("degenerate_sigma_mm") = d.degenerate_sigma_mm, py::arg("residual") = "plane",
+        py::arg("kernel") = "auto", py::arg("keep_share") = d.keep_share, py::arg("context") = none, kAlignDoc);
 }
 
 }  // namespace sgrt_py

@@ -13,10 +13,15 @@ PYBIND11_MODULE(_core, m) {
   register_rig(m);
   register_stereo(m);
   register_laser(m);
+  register_tof(m);
   register_nurbs(m);
   register_nurbs_fit(m);
+  register_curvature(m);
+  register_landmarks(m);
   register_volume(m);
   register_icp(m);
+  register_advice(m);
+  register_coarse(m);
   register_deform(m);
   register_tracker(m);
   register_calibration(m);

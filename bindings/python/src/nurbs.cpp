@@ -7,9 +7,6 @@
 namespace sgrt_py {
 namespace {
 
-struct Curve {
-  Owned<sgrt_nurbs_curve, sgrt_nurbs_curve_free> handle;
-};
 
 using Shape = std::vector<py::ssize_t>;
 using Domain = std::pair<double, double>;

@@ -13,6 +13,13 @@ struct Pair {
   std::string id, left, right;
 };
 
+struct TofUnit {
+  std::string id, camera, pixel_offset_file;
+  std::vector<double> modulation_hz, tap_phase_rad;
+  bool differential;
+  double electrons_per_count, read_noise_e, refractive_index;
+};
+
 Rig from_json(const std::string& json) {
   Rig rig;
   run([&] { return sgrt_rig_from_json(json.data(), json.size(), out(rig.handle)); });
@@ -54,6 +61,26 @@ py::typing::Tuple<Pair, py::ellipsis> pairs(const Rig& rig) {
   for (int32_t i = 0; i < count; ++i) {
     all[i] = Pair{text_of(rig, SGRT_RIG_PAIR_ID, i), text_of(rig, SGRT_RIG_PAIR_LEFT, i),
                   text_of(rig, SGRT_RIG_PAIR_RIGHT, i)};
+  }
+  return all;
+}
+
+py::typing::Tuple<TofUnit, py::ellipsis> tofs(const Rig& rig) {
+  const int32_t count = info_of(rig).tof_count;
+  py::tuple all(count);
+  for (int32_t i = 0; i < count; ++i) {
+    sgrt_rig_tof t{};
+    t.struct_size = sizeof t;
+    run([&] { return sgrt_rig_tof_get(rig.handle.get(), i, &t); });
+    all[i] = TofUnit{text_of(rig, SGRT_RIG_TOF_ID, i),
+                     text_of(rig, SGRT_RIG_TOF_CAMERA, i),
+                     text_of(rig, SGRT_RIG_TOF_PIXEL_OFFSET, i),
+                     {t.modulation_hz, t.modulation_hz + t.frequency_count},
+                     {t.tap_phase_rad, t.tap_phase_rad + t.tap_count},
+                     t.differential != 0,
+                     t.electrons_per_count,
+                     t.read_noise_e,
+                     t.refractive_index};
   }
   return all;
 }
@@ -146,6 +173,19 @@ void register_rig(py::module_& m) {
       .def("__repr__",
            [](const Pair& p) { return py::str("<sgrt.Pair {!r}: {!r}, {!r}>").format(p.id, p.left, p.right); });
 
+  py::class_<TofUnit>(m, "TofUnit", "A time-of-flight camera of a rig.\n\nC: sgrt_rig_tof_get, sgrt_rig_text")
+      .def_readonly("id", &TofUnit::id, "Its name in the rig.")
+      .def_readonly("camera", &TofUnit::camera, "Id of its camera.")
+      .def_readonly("modulation_hz", &TofUnit::modulation_hz, "One or more.")
+      .def_readonly("tap_phase_rad", &TofUnit::tap_phase_rad, "tap = offset + amplitude cos(phase - tap_phase_rad).")
+      .def_readonly("differential", &TofUnit::differential, "Signed taps, which tell nothing of their shot noise.")
+      .def_readonly("electrons_per_count", &TofUnit::electrons_per_count, "Of a tap.")
+      .def_readonly("read_noise_e", &TofUnit::read_noise_e, "One sigma, electrons.")
+      .def_readonly("refractive_index", &TofUnit::refractive_index, "Of the air.")
+      .def_readonly("pixel_offset_file", &TofUnit::pixel_offset_file,
+                    "The .npy beside the rig with its pixels' offsets; empty: none.")
+      .def("__repr__", [](const TofUnit& t) { return py::str("<sgrt.TofUnit {!r} on {!r}>").format(t.id, t.camera); });
+
   const auto none = py::none();
   py::class_<Rig>(m, "Rig", kRigDoc)
       .def(py::init(&from_json), py::arg("json"))
@@ -158,6 +198,7 @@ void register_rig(py::module_& m) {
           "room", [](const Rig& rig) { return text_of(rig, SGRT_RIG_ROOM); }, "The frame that 'room' stands for.")
       .def_property_readonly("cameras", &cameras, "A tuple of Camera.")
       .def_property_readonly("pairs", &pairs, "A tuple of Pair.")
+      .def_property_readonly("tofs", &tofs, "A tuple of TofUnit.")
       .def("project", &project, py::arg("camera_id"), py::arg("x_in_room"), py::kw_only(), py::arg("out") = none,
            py::arg("context") = none, kProjectDoc)
       .def("project_jacobian", &project_jacobian, py::arg("camera_id"), py::arg("x_in_room"), py::kw_only(),

@@ -6,8 +6,8 @@
 namespace sgrt_py {
 namespace {
 
-constexpr const char* kReasons[] = {"none",     "out_of_view", "out_of_volume", "no_texture", "saturated",
-                                    "no_match", "left_right",  "ambiguous",     "edge"};
+constexpr const char* kReasons[] = {"none",       "out_of_view", "out_of_volume", "no_texture", "saturated", "no_match",
+                                    "left_right", "ambiguous",   "edge",          "moved",      "occluded"};
 static_assert(std::size(kReasons) == SGRT_REASON_COUNT, "a reason of sgrt.h lacks its word");
 
 using StereoHandle = Owned<sgrt_stereo, sgrt_stereo_free>;
@@ -95,10 +95,22 @@ Stereo match(const Rig& rig, const std::string& pair_id, const ArrayLike& left, 
   raise(outcome.status, outcome.message, handle ? py::cast(lending(std::move(handle))) : py::none());
 }
 
+void set_prior(StereoSession& session, const Surface* prior, const Roi* roi, double band_mm, bool follow,
+               Context* context) {
+  auto options = defaults(sgrt_stereo_prior_options_init);
+  options.band_mm = band_mm;
+  options.follow = follow ? 1 : 0;
+  run(context, [&](sgrt_context* c) {
+    return sgrt_stereo_session_set_prior(c, session.handle.get(), prior ? prior->handle.get() : nullptr,
+                                         roi ? roi->handle.get() : nullptr, &options);
+  });
+}
+
 StereoSession open_session(const Rig& rig, const std::string& pair_id, int32_t window_px, int32_t stride_px,
                            int32_t min_component, const ArrayLike& volume_min_mm, const ArrayLike& volume_max_mm,
                            double min_correlation, double max_left_right_px, double max_sigma_px,
-                           double max_epipolar_px, Context* context) {
+                           double max_epipolar_px, const Surface* prior, const Roi* roi, double band_mm, bool follow,
+                           Context* context) {
   const char* pair = c_text(pair_id, "pair_id");
   const auto options = options_of(window_px, stride_px, min_component, volume_min_mm, volume_max_mm, min_correlation,
                                   max_left_right_px, max_sigma_px, max_epipolar_px);
@@ -106,6 +118,7 @@ StereoSession open_session(const Rig& rig, const std::string& pair_id, int32_t w
   run(context, [&](sgrt_context* c) {
     return sgrt_stereo_session_create(c, rig.handle.get(), pair, &options, out(session.handle));
   });
+  if (prior || roi) set_prior(session, prior, roi, band_mm, follow, context);
   return session;
 }
 
@@ -142,7 +155,20 @@ C: sgrt_stereo_match)";
 constexpr const char* kSessionDoc =
     R"(The same pair again and again (live mode); options as stereo_match. One thread at a time; does not pickle.
 
+prior, roi, band_mm, follow: as set_prior.
 C: sgrt_stereo_session_create)";
+
+constexpr const char* kPriorDoc =
+    R"(Live mode: the pushes that follow search only near `prior`, only where it lies in `roi`.
+
+prior: a Surface in room axes (a reference, an earlier result, any cloud of chosen points); None: search everywhere again.
+roi: the part of the prior that counts; None: all. band_mm: along the line of sight; what has moved further is "moved", and what
+    lies beside the region "out_of_volume". follow: each result is the prior of the next push.
+The prior says where to look, never what is found: a match must correlate and agree left-right as without it.
+
+Raises InsufficientData: fewer than 3 points of the prior lie in roi and where both cameras see. InvalidArgument: a roi without a
+    prior; band_mm. The session is then as before.
+C: sgrt_stereo_session_set_prior)";
 
 constexpr const char* kPushDoc = R"(The Stereo of the next pair of images, as arrays of its own.
 
@@ -154,6 +180,7 @@ C: sgrt_stereo_session_push)";
 
 void register_stereo(py::module_& m) {
   const auto d = defaults(sgrt_stereo_options_init);
+  const auto live = defaults(sgrt_stereo_prior_options_init);
   const auto corner = [](const double* v) { return py::make_tuple(v[0], v[1], v[2]); };
   const auto volume_min = corner(d.volume_min_mm), volume_max = corner(d.volume_max_mm);
   const auto none = py::none();
@@ -217,7 +244,11 @@ C: sgrt_stereo_summary, sgrt_stereo_array, sgrt_stereo_surface)")
            py::arg("min_component") = d.min_component, py::arg("volume_min_mm") = volume_min,
            py::arg("volume_max_mm") = volume_max, py::arg("min_correlation") = d.min_correlation,
            py::arg("max_left_right_px") = d.max_left_right_px, py::arg("max_sigma_px") = d.max_sigma_px,
-           py::arg("max_epipolar_px") = d.max_epipolar_px, py::arg("context") = none)
+           py::arg("max_epipolar_px") = d.max_epipolar_px, py::arg("prior") = none, py::arg("roi") = none,
+           py::arg("band_mm") = live.band_mm, py::arg("follow") = live.follow != 0, py::arg("context") = none)
+      .def("set_prior", &set_prior, py::arg("prior") = none, py::kw_only(), py::arg("roi") = none,
+           py::arg("band_mm") = live.band_mm, py::arg("follow") = live.follow != 0, py::arg("context") = none,
+           kPriorDoc)
       .def("push", &push, py::arg("left"), py::arg("right"), py::kw_only(), py::arg("time_s"),
            py::arg("context") = none, kPushDoc);
 }

@@ -24,8 +24,8 @@ int32_t profile_of(const std::string& name) {
 
 Tracker create(const Surface& reference, const ArrayLike& isocentre_mm, const Roi* roi, const Roi* gate_roi,
                const std::string& profile, bool gated, double tolerance_mm, double tolerance_deg, double hysteresis,
-               double resume_s, double max_gap_s, double gate_low_mm, double gate_high_mm, double max_distance_mm,
-               double min_inlier_share, Context* context) {
+               double resume_s, double max_gap_s, double gate_low_mm, double gate_high_mm, bool search,
+               double search_every_s, double max_distance_mm, double min_inlier_share, Context* context) {
   const Vec3 isocentre(isocentre_mm, "isocentre_mm");
   auto options = defaults(sgrt_tracker_options_init);
   options.profile = profile_of(profile);
@@ -37,6 +37,8 @@ Tracker create(const Surface& reference, const ArrayLike& isocentre_mm, const Ro
   options.max_gap_s = max_gap_s;
   options.gate_low_mm = gate_low_mm;
   options.gate_high_mm = gate_high_mm;
+  options.search = search ? 1 : 0;
+  options.search_every_s = search_every_s;
   auto icp = defaults(sgrt_icp_options_init);
   icp.max_distance_mm = max_distance_mm;
   icp.min_inlier_share = min_inlier_share;
@@ -101,6 +103,7 @@ profile: 'conventional' (2 mm, 1 deg), 'sbrt' or 'srs' (1 mm, 0.5 deg), of the l
 gated: the beam is on only with the amplitude within gate_low_mm to gate_high_mm (DIBH).
 hysteresis: after a hold the beam comes on at this share of the tolerance and of the window. resume_s: after so long within it.
 max_gap_s: after a longer pause no motion is predicted, and the beam comes back as from a hold.
+search: a patient who is lost is looked for anywhere, too, at most every search_every_s; such a search takes 0.1 to 0.3 s.
 max_distance_mm, min_inlier_share: of the registration, as icp_align.
 
 Raises InvalidArgument: an option out of range, gated without gate_roi. InsufficientData: fewer than 6 points in gate_roi.
@@ -170,6 +173,9 @@ void register_frame_class(py::module_& m) {
   number(
       cls, "frame", [](const sgrt_tracker_info& i) { return i.frame; }, "Its number, from 0.");
   number(
+      cls, "searched", [](const sgrt_tracker_info& i) { return i.searched != 0; },
+      "True where the patient was looked for anywhere in this frame.");
+  number(
       cls, "attempts", [](const sgrt_tracker_info& i) { return i.attempts; },
       "Starts tried: predicted, last seen, set up.");
   number(
@@ -203,6 +209,7 @@ void register_tracker(py::module_& m) {
            py::arg("tolerance_mm") = d.tolerance_mm, py::arg("tolerance_deg") = d.tolerance_deg,
            py::arg("hysteresis") = d.hysteresis, py::arg("resume_s") = d.resume_s, py::arg("max_gap_s") = d.max_gap_s,
            py::arg("gate_low_mm") = d.gate_low_mm, py::arg("gate_high_mm") = d.gate_high_mm,
+           py::arg("search") = d.search != 0, py::arg("search_every_s") = d.search_every_s,
            py::arg("max_distance_mm") = icp.max_distance_mm, py::arg("min_inlier_share") = icp.min_inlier_share,
            py::arg("context") = none)
       .def("push", &push, py::arg("live").none(true), py::kw_only(), py::arg("time_s"), py::arg("context") = none,

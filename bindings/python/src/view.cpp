@@ -26,6 +26,8 @@ const char* accepted_names(Accept accept) {
       return "int32";
     case Accept::kVoxels:
       return "int16, uint16, uint8 or float32";
+    case Accept::kTaps:
+      return "uint16, int16 or float32";
   }
   return "";
 }
@@ -40,6 +42,8 @@ bool accepted(int32_t code, Accept accept) {
       return code == SGRT_I32;
     case Accept::kVoxels:
       return code == SGRT_I16 || code == SGRT_U16 || code == SGRT_U8 || code == SGRT_F32;
+    case Accept::kTaps:
+      return code == SGRT_U16 || code == SGRT_I16 || code == SGRT_F32;
   }
   return false;
 }

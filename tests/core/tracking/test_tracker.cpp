@@ -22,6 +22,12 @@ std::shared_ptr<const Surface> torso_surface(std::int64_t n, double sigma, Draw&
   return std::make_shared<const Surface>(with_normals(sample(torso, n, sigma, draw)));
 }
 
+LivePoints points_of(const Surface& s) {
+  LivePoints live;
+  read_live(s, live);
+  return live;
+}
+
 TEST(Tracker, FollowsAndTellsTheDrift) {
   Draw draw(1);
   Tracker tracker(kSilent, torso_surface(4000, 0.1, draw), kIso, nullptr, nullptr, TrackerOptions{});
@@ -36,6 +42,37 @@ TEST(Tracker, FollowsAndTellsTheDrift) {
     EXPECT_NEAR(f.drift.rtn_deg, 0.004 * i * 180 / kPi, 0.03);
     EXPECT_NEAR(f.drift.vrt_mm, 0, 0.06);
     EXPECT_EQ(f.attempts, 1);
+  }
+}
+
+// Gone, and back far from where he was: found by the search anywhere, which runs once a second at most.
+TEST(Tracker, FindsAPatientWhoCameBackElsewhere) {
+  Draw draw(5);
+  const auto reference = torso_surface(5000, 0.1, draw);
+  const Pose D = displacement(150, 100, kIso, draw);
+  const Surface near = with_normals(sample(torso, 3000, 0.1, draw));
+  const Surface far = moved(with_normals(sample(torso, 3000, 0.1, draw)), D);
+  const Surface table = with_normals(sample(plane, 2000, 0.1, draw));
+  for (const bool search : {false, true}) {
+    TrackerOptions o;
+    o.search = search;
+    Tracker tracker(kSilent, reference, kIso, nullptr, nullptr, o);
+    ASSERT_TRUE(tracker.push(kSilent, &near, 0).beam);
+    EXPECT_FALSE(tracker.last().searched);
+    const TrackFrame& gone = tracker.push(kSilent, &table, 0.1);
+    EXPECT_EQ(gone.state, TrackState::kLost);
+    EXPECT_EQ(gone.searched, search);
+    EXPECT_FALSE(tracker.push(kSilent, &far, 0.2).searched);
+    EXPECT_EQ(tracker.last().state, TrackState::kLost);
+    const TrackFrame& back = tracker.push(kSilent, &far, 1.2);
+    EXPECT_EQ(back.searched, search);
+    EXPECT_EQ(back.state, search ? TrackState::kFound : TrackState::kLost);
+    EXPECT_FALSE(back.beam);
+    if (!search) continue;
+    EXPECT_LT(about(back.icp.reference_from_live * D, kIso).t.norm(), 0.1);
+    EXPECT_EQ(back.icp.verdict_words, "ok: found by a search anywhere");
+    EXPECT_EQ(tracker.push(kSilent, &far, 1.3).state, TrackState::kTracking);
+    EXPECT_EQ(tracker.last().attempts, 1);
   }
 }
 
@@ -76,11 +113,11 @@ TEST(Breathing, AmplitudeAndItsSigma) {
   const Roi patch = roi_from_box(Vec3(-60, -60, -200), Vec3(60, 60, 200));
   Breathing breathing(kSilent, *reference, patch);
   double sum = 0, sum2 = 0, predicted = 0;
-  const int trials = 60;
+  const int trials = 150;
   for (int i = 0; i < trials; ++i) {
     const Pose lift{Mat3::Identity(), 7 * breathing.direction()};
     const Surface live = moved(sample(torso, 3000, 0.5, draw), lift);
-    const Amplitude a = breathing.measure(kSilent, live);
+    const Amplitude a = breathing.measure(kSilent, points_of(live));
     ASSERT_GT(a.points, 100);
     sum += a.mm;
     sum2 += a.mm * a.mm;
@@ -91,7 +128,7 @@ TEST(Breathing, AmplitudeAndItsSigma) {
   EXPECT_GT(sigma / (predicted / trials), 0.7);
   EXPECT_LT(sigma / (predicted / trials), 1.4);
   const Surface away = moved(sample(torso, 3000, 0.5, draw), Pose{Mat3::Identity(), Vec3(0, 0, 300)});
-  EXPECT_TRUE(std::isnan(breathing.measure(kSilent, away).mm));
+  EXPECT_TRUE(std::isnan(breathing.measure(kSilent, points_of(away)).mm));
 }
 
 }  // namespace

@@ -14,6 +14,8 @@ from . import (
     calibrate,
     calibrate_laser,
     calibrate_room,
+    calibrate_room,
+    calibrate_tof,
     check,
     evaluate,
     filter,
@@ -23,6 +25,10 @@ from . import (
     reference,
     register,
     stereo,
+    reference,
+    register,
+    stereo,
+    tof,
     track,
 )
 from ._common import Failure, exit_code, one_line
@@ -45,6 +51,10 @@ calibrate.command.add_command(calibrate_laser.command)
 group.add_command(calibrate.command)
 group.add_command(stereo.command)
 group.add_command(laser.command)
+calibrate.command.add_command(calibrate_tof.command)
+group.add_command(calibrate.command)
+group.add_command(stereo.command)
+group.add_command(tof.command)
 group.add_command(fuse.command)
 group.add_command(filter.command)
 group.add_command(fit.command)

@@ -8,15 +8,17 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 from tqdm import tqdm
 
-from .._core import Context
+from .._core import Context, Roi, Surface
 from ..errors import Cancelled, Error
+from ..frames import couch_turn
+from ..io import read_roi, read_surface
 from ..io._files import plain
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -58,6 +60,53 @@ def common(command: Command) -> Command:
             raise Cancelled("cancelled") from None
 
     return wrapped  # type: ignore[return-value]
+
+
+def placed(couch_words: str) -> Callable[[Command], Command]:
+    """The options that say where the patient should be: the reference, the isocentre, the ROI and the couch."""
+
+    def add(command: Command) -> Command:
+        options = (
+            click.option(
+                "--reference",
+                type=FILE,
+                required=True,
+                metavar="FILE",
+                help="Where the patient should be, PLY, room frame.",
+            ),
+            click.option(
+                "--isocentre",
+                "isocentre_mm",
+                type=float,
+                nargs=3,
+                required=True,
+                metavar="X Y Z",
+                help="Where the motion is reported, mm, room frame.",
+            ),
+            click.option("--roi", type=FILE, metavar="FILE", help="The part of the reference that counts, roi.json."),
+            click.option("--couch-angle", "couch_deg", type=float, default=0.0, metavar="DEG", help=couch_words),
+        )
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+def read_placed(
+    reference: Path, regions: Sequence[Path | None], couch_deg: float, isocentre_mm: tuple[float, ...]
+) -> tuple[Surface, list[Roi | None]]:
+    """The reference and its regions, turned with the couch about the isocentre."""
+    surface = read_surface(reference)
+    read = [read_roi(file) if file else None for file in regions]
+    if couch_deg == 0:
+        return surface, read
+    turn = couch_turn(couch_deg, isocentre_mm)
+    moved: list[Roi | None] = []
+    for file, region in zip(regions, read, strict=True):
+        with about(file):
+            moved.append(region.moved(turn) if region is not None else None)
+    return surface.moved(turn), moved
 
 
 @contextlib.contextmanager

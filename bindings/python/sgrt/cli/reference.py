@@ -12,7 +12,7 @@ from ..io._files import check_schema, naming, parse_json, read_text, write_json,
 from ..io.dicom import POSITIONS
 from ..reference import SCHEMA, ReferenceSurface, from_capture, from_ct, from_structure
 from ..store import Entry, ReferenceStore
-from ._common import FILE, Failure, check_out, common, print_json, working
+from ._common import FILE, Command, Failure, check_out, common, print_json, working
 
 
 def beside(surface: Path) -> Path:
@@ -35,23 +35,31 @@ OUT = click.option(
     "--out", type=FILE, required=True, metavar="FILE", help="The reference, PLY; its document lies beside it, .json."
 )
 PLAN = click.option("--plan", type=FILE, metavar="RTPLAN", help="The plan whose isocentre becomes the origin.")
-BEAM = click.option("--beam", metavar="NAME", help="The beam whose isocentre counts, where they differ.")
-ISOCENTRE = click.option(
-    "--isocentre",
-    "isocentre_mm",
-    type=float,
-    nargs=3,
-    metavar="X Y Z",
-    help="DICOM coordinates, mm, instead of the plan's.",
-)
-POSITION = click.option(
-    "--position", type=click.Choice(POSITIONS), help="Patient position, where the files do not tell."
-)
-WHOLE = click.option(
-    "--whole",
-    is_flag=True,
-    help="The closed body; default: measured skin alone, without cuts, couch contact and closed airways.",
-)
+
+
+def placed(command: Command) -> Command:
+    """The options of a reference that comes in DICOM coordinates, named as the arguments of from_ct."""
+    options = [
+        PLAN,
+        click.option("--beam", metavar="NAME", help="The beam whose isocentre counts, where they differ."),
+        click.option(
+            "--isocentre",
+            "isocentre_mm",
+            type=float,
+            nargs=3,
+            metavar="X Y Z",
+            help="DICOM coordinates, mm, instead of the plan's.",
+        ),
+        click.option("--position", type=click.Choice(POSITIONS), help="Patient position, where the files do not tell."),
+        click.option(
+            "--whole",
+            is_flag=True,
+            help="The closed body; default: measured skin alone, without cuts, couch contact and closed airways.",
+        ),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
 
 
 def _write(out: Path, made: ReferenceSurface, as_json: bool) -> None:
@@ -74,10 +82,7 @@ def _write(out: Path, made: ReferenceSurface, as_json: bool) -> None:
 
 @group.command("ct", epilog="\b\nExample: sgrt reference ct CT/ --plan plan.dcm --out reference.ply")
 @click.argument("source", type=FILE)
-@PLAN
-@BEAM
-@ISOCENTRE
-@POSITION
+@placed
 @click.option("--series", "series_uid", metavar="UID", help="The CT series, where the folder has several.")
 @click.option(
     "--threshold",
@@ -95,77 +100,28 @@ def _write(out: Path, made: ReferenceSurface, as_json: bool) -> None:
     metavar="MM",
     help="Airways narrower than twice this are closed.",
 )
-@WHOLE
 @OUT
 @common
-def ct(
-    source: Path,
-    plan: Path | None,
-    beam: str | None,
-    isocentre_mm: tuple[float, ...] | None,
-    position: str | None,
-    series_uid: str | None,
-    threshold_hu: float | None,
-    closing_mm: float,
-    whole: bool,
-    out: Path,
-    threads: int,
-    as_json: bool,
-) -> int:
+def ct(source: Path, out: Path, threads: int, as_json: bool, **options: Any) -> int:
     """The skin of a planning CT: SOURCE is a folder of DICOM images, or a NIfTI file."""
     check_out(out)
     with working(threads) as context:
-        made = from_ct(
-            source,
-            plan=plan,
-            beam=beam,
-            isocentre_mm=isocentre_mm,
-            position=position,
-            series_uid=series_uid,
-            threshold_hu=threshold_hu,
-            closing_mm=closing_mm,
-            whole=whole,
-            context=context,
-        )
+        made = from_ct(source, **options, context=context)
     _write(out, made, as_json)
     return 0
 
 
 @group.command("rtstruct", epilog="\b\nExample: sgrt reference rtstruct rtss.dcm --plan plan.dcm --out reference.ply")
 @click.argument("source", type=FILE)
-@click.option("--region", metavar="NAME", help="The region; default: the one of type EXTERNAL.")
-@PLAN
-@BEAM
-@ISOCENTRE
-@POSITION
-@WHOLE
+@click.option("--region", "name", metavar="NAME", help="The region; default: the one of type EXTERNAL.")
+@placed
 @OUT
 @common
-def rtstruct(
-    source: Path,
-    region: str | None,
-    plan: Path | None,
-    beam: str | None,
-    isocentre_mm: tuple[float, ...] | None,
-    position: str | None,
-    whole: bool,
-    out: Path,
-    threads: int,
-    as_json: bool,
-) -> int:
+def rtstruct(source: Path, out: Path, threads: int, as_json: bool, **options: Any) -> int:
     """The body of an RTSTRUCT: its stacked contours as a closed surface."""
     check_out(out)
     with working(threads) as context:
-        made = from_structure(
-            source,
-            name=region,
-            plan=plan,
-            beam=beam,
-            isocentre_mm=isocentre_mm,
-            position=position,
-            whole=whole,
-            context=context,
-        )
+        made = from_structure(source, **options, context=context)
     _write(out, made, as_json)
     return 0
 

@@ -9,12 +9,23 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Context, Deform, Icp, Roi, Surface, deform_align, icp_align
+from .._core import Coarse, Context, Deform, Icp, Roi, Surface, deform_align, icp_align
 from ..errors import Error
 from ..frames import couch_turn, four_dof
-from ..io import read_pose, read_roi, read_surface, registration_document
+from ..io import landmarks_align, read_landmarks, read_pose, read_surface, registration_document
 from ..io._files import writing
-from ._common import FILE, Failure, Stopwatch, about, check_out, common, print_json, working
+from ._common import (
+    FILE,
+    Failure,
+    Stopwatch,
+    about,
+    check_out,
+    common,
+    placed,
+    print_json,
+    read_placed,
+    working,
+)
 
 ROWS = (
     ("LAT", "lat_mm"),
@@ -31,18 +42,13 @@ def _initial(word: str) -> NDArray[np.float64] | None:
     return None if word in ("identity", "none") else read_pose(word)
 
 
-def _read(
-    reference: Path, live: Path, roi: Path | None, couch_deg: float, isocentre_mm: tuple[float, ...]
-) -> tuple[Surface, Surface, Roi | None]:
-    surfaces = read_surface(reference), read_surface(live)
-    region = read_roi(roi) if roi else None
-    if couch_deg == 0:
-        return *surfaces, region
-    turn = couch_turn(couch_deg, isocentre_mm)
-    if region is not None:
-        with about(roi):
-            region = region.moved(turn)
-    return surfaces[0].moved(turn), surfaces[1], region
+def _from_landmarks(files: tuple[Path, Path], couch_deg: float, context: Context, isocentre_mm: Any) -> Coarse:
+    """The start from landmarks on both bodies; those of the reference turn with the couch."""
+    reference, live = map(read_landmarks, files)
+    if couch_deg != 0:
+        reference = reference.moved(couch_turn(couch_deg, isocentre_mm))
+    with about(f"{files[1]} on {files[0]}"):
+        return landmarks_align(reference, live, isocentre_mm=isocentre_mm, context=context)
 
 
 def _print(result: Icp | Deform, ms: float) -> None:
@@ -93,20 +99,12 @@ def _align(
 @click.command(
     "register", epilog="\b\nExample: sgrt register --reference reference.ply --live live.ply --isocentre 0 0 0 --json"
 )
-@click.option(
-    "--reference", type=FILE, required=True, metavar="FILE", help="Where the patient should be, PLY, room frame."
+@placed(
+    "The live surface was captured with the couch turned by DEG (IEC 61217: counter-clockwise from above) from"
+    " where the reference was. The reference, and a polygon ROI with it, is first turned about the vertical axis at"
+    " the isocentre; the result is relative to it, in room axes."
 )
 @click.option("--live", type=FILE, required=True, metavar="FILE", help="Where the patient is, PLY, room frame.")
-@click.option(
-    "--isocentre",
-    "isocentre_mm",
-    type=float,
-    nargs=3,
-    required=True,
-    metavar="X Y Z",
-    help="Where the motion is reported, mm, room frame.",
-)
-@click.option("--roi", type=FILE, metavar="FILE", help="The part of the reference that counts, roi.json.")
 @click.option(
     "--initial",
     default="identity",
@@ -115,14 +113,11 @@ def _align(
     " Default: identity.",
 )
 @click.option(
-    "--couch-angle",
-    "couch_deg",
-    type=float,
-    default=0.0,
-    metavar="DEG",
-    help="The live surface was captured with the couch turned by DEG (IEC 61217: counter-clockwise from above) from"
-    " where the reference was. The reference, and a polygon ROI with it, is first turned about the vertical axis at"
-    " the isocentre; the result is relative to it, in room axes.",
+    "--landmarks",
+    type=FILE,
+    nargs=2,
+    metavar="REFERENCE LIVE",
+    help="The start from landmarks on both bodies, landmarks.json; instead of --initial.",
 )
 @click.option(
     "--deform",
@@ -155,6 +150,7 @@ def command(
     couch_dof: str,
     deform: str,
     map_file: Path | None,
+    landmarks: tuple[Path, Path] | None,
     threads: int,
     as_json: bool,
 ) -> int:
@@ -165,13 +161,20 @@ def command(
         check_out(map_file)
     if deform != "none" and initial == "none":
         raise Failure("--initial none: not with --deform; register without it first and give its result as the start")
+    if landmarks and initial != "identity":
+        raise Failure("--landmarks and --initial: give one of them")
     ms = 0.0
+    coarse = None
     try:
         start = _initial(initial)
-        surfaces = _read(reference, live, roi, couch_deg, isocentre_mm)
+        surface, regions = read_placed(reference, (roi,), couch_deg, isocentre_mm)
+        surfaces = surface, read_surface(live), regions[0]
         watch = Stopwatch()
         with working(threads) as context:
             try:
+                if landmarks:
+                    coarse = _from_landmarks(landmarks, couch_deg, context, isocentre_mm)
+                    start = coarse.reference_from_live
                 result = _align(
                     reference,
                     live,
@@ -187,14 +190,20 @@ def command(
     except Error as error:
         if as_json and 10 <= error.status < 20:
             found = error.result if isinstance(error.result, Icp | Deform) else None
-            print_json(registration_document(found, status=error.word, isocentre_mm=isocentre_mm, timing_ms=ms))
+            if isinstance(error.result, Coarse):
+                coarse = error.result
+            known = {"status": error.word, "isocentre_mm": isocentre_mm, "timing_ms": ms}
+            print_json(registration_document(found, coarse=coarse, **known))
         raise
     if map_file is not None and isinstance(result, Deform):
         _write_map(map_file, surfaces[1], result)
     four = _four_dof(result) if couch_dof == "4" else {}
     if as_json:
-        print_json(registration_document(result, timing_ms=ms) | four)
+        print_json(registration_document(result, coarse=coarse, timing_ms=ms) | four)
     else:
+        if coarse is not None:
+            agree = f"{coarse.used_count} of {coarse.common_count} landmarks agree, rms {coarse.rms_mm:.2f} mm"
+            print(f"start: {agree}; {coarse.verdict_text}")
         _print(result, ms)
         for title, shift in four.items():
             numbers = ", ".join(f"{name} {shift[key]:+.3f}" for name, key in ROWS if shift[key])

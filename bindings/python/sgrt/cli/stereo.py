@@ -8,20 +8,23 @@ from typing import Any
 
 import click
 
-from .._core import Context, FuseInfo, Rig, Stereo, Surface, stereo_match, surface_fuse
+from .._core import Context, FuseInfo, Rig, Stereo, StereoSession, Surface, stereo_match, surface_fuse
 from ..errors import Error
-from ..io import read_image, read_rig, write_surface
+from ..io import read_image, read_rig, read_roi, read_surface, write_surface
 from ._common import FILE, Failure, Stopwatch, about, check_out, common, one_line, print_json, working
 
 
 def _match(
-    rig: Rig, pair: tuple[str, Path, Path], options: dict[str, Any], context: Context
+    rig: Rig, pair: tuple[str, Path, Path], options: dict[str, Any], live: dict[str, Any], context: Context
 ) -> tuple[Stereo | None, Error | None]:
     """What a pair gave; with the error where its data have no answer, which leaves the other pairs theirs."""
     pair_id, left, right = pair
     images = read_image(left), read_image(right)
     try:
         with about(f"pair {pair_id} ({left}, {right})"):
+            if live:
+                session = StereoSession(rig, pair_id, context=context, **options, **live)
+                return session.push(*images, time_s=0.0, context=context), None
             return stereo_match(rig, pair_id, *images, context=context, **options), None
     except Error as error:
         if not 10 <= error.status < 20:
@@ -122,6 +125,11 @@ def _print(out: Path, surface: Surface, pairs: list[dict[str, Any]], fusion: dic
 )
 @click.option("--stride", "stride_px", type=int, metavar="PX", help="A point every so many pixels, 1 to 32.")
 @click.option("--window", "window_px", type=int, metavar="PX", help="Side of the square window, odd, 9 to 41.")
+@click.option(
+    "--prior", "prior_file", type=FILE, metavar="FILE", help="A surface (PLY): only what it shows is sought, near it."
+)
+@click.option("--roi", "roi_file", type=FILE, metavar="FILE", help="The part of the prior that counts, roi.json.")
+@click.option("--band", "band_mm", type=float, metavar="MM", help="How far from the prior is still taken; default 25.")
 @common
 def command(
     rig_file: Path,
@@ -130,6 +138,9 @@ def command(
     volume: tuple[float, ...] | None,
     stride_px: int | None,
     window_px: int | None,
+    prior_file: Path | None,
+    roi_file: Path | None,
+    band_mm: float | None,
     threads: int,
     as_json: bool,
 ) -> int:
@@ -138,6 +149,9 @@ def command(
     The surface holds normals, sigma_mm and covariance; from one pair it is the organised grid, from several one fused
     cloud, and how far the pods disagree where they overlap is reported. A pair that gives nothing leaves the others
     theirs: the verdict is then weak, and so it is where matches show the rig to be out of calibration.
+
+    With --prior only what that surface shows is sought, and only near it: what has moved further than --band is counted
+    as "moved", never given. The prior says where to look, not what is found.
     """
     watch = Stopwatch()
     check_out(out)
@@ -147,10 +161,17 @@ def command(
     options = {name: value for name, value in options.items() if value is not None}
     if volume:
         options |= {"volume_min_mm": volume[:3], "volume_max_mm": volume[3:]}
+    if prior_file is None and (roi_file is not None or band_mm is not None):
+        raise Failure(f"{'--roi' if roi_file is not None else '--band'}: expected with --prior")
+    live: dict[str, Any] = {} if prior_file is None else {"prior": read_surface(prior_file)}
+    if roi_file is not None:
+        live["roi"] = read_roi(roi_file)
+    if band_mm is not None:
+        live["band_mm"] = band_mm
     results: list[tuple[Stereo | None, Error | None]] = []
     fusion: FuseInfo | None = None
     with working(threads) as context:
-        results.extend(_match(rig, pair, options, context) for pair in pairs)
+        results.extend(_match(rig, pair, options, live, context) for pair in pairs)
         surfaces = [result.surface for result, _ in results if result is not None and result.surface is not None]
         described = [_describe(pair[0], *result) for pair, result in zip(pairs, results, strict=True)]
         if not surfaces:

@@ -10,12 +10,11 @@ from typing import Any
 import click
 import numpy as np
 
-from .._core import Context, PatientDisplacement, Rig, Roi, StereoSession, Surface, Tracker, TrackFrame, surface_fuse
+from .._core import Context, PatientDisplacement, Rig, StereoSession, Surface, Tracker, TrackFrame, surface_fuse
 from ..errors import Error
-from ..frames import couch_turn
-from ..io import Capture, read_captures, read_image, read_rig, read_roi, read_surface
+from ..io import Capture, read_captures, read_image, read_rig, read_surface
 from ..io._files import plain
-from ._common import FILE, Failure, Stopwatch, about, common, print_json, working
+from ._common import FILE, Failure, Stopwatch, about, common, placed, print_json, read_placed, working
 
 SCHEMA = "sgrt-track/1"
 
@@ -127,19 +126,12 @@ def _print(line: dict[str, Any]) -> None:
     print(f"{line['time_s']:9.3f} s {numbers} {turns}{breath} beam {line['beam']:4} {','.join(line['hold'])}{why}")
 
 
-def _tracker(files: tuple[Path, Path | None, Path | None], couch_deg: float, context: Context, **known: Any) -> Tracker:
-    reference = read_surface(files[0])
-    regions: list[Roi | None] = []
-    for file in files[1:]:
-        region = read_roi(file) if file else None
-        if region is not None and couch_deg != 0:
-            with about(file):
-                region = region.moved(couch_turn(couch_deg, known["isocentre_mm"]))
-        regions.append(region)
-    if couch_deg != 0:
-        reference = reference.moved(couch_turn(couch_deg, known["isocentre_mm"]))
-    with about(files[0]):
-        return Tracker(reference, roi=regions[0], gate_roi=regions[1], context=context, **known)
+def _tracker(
+    reference: Path, roi: Path | None, gate_roi: Path | None, couch_deg: float, context: Context, **known: Any
+) -> Tracker:
+    surface, regions = read_placed(reference, (roi, gate_roi), couch_deg, known["isocentre_mm"])
+    with about(reference):
+        return Tracker(surface, roi=regions[0], gate_roi=regions[1], context=context, **known)
 
 
 @click.command(
@@ -148,18 +140,7 @@ def _tracker(files: tuple[Path, Path | None, Path | None], couch_deg: float, con
     " --json-lines",
 )
 @click.argument("frames", type=FILE, metavar="FRAMES.json")
-@click.option(
-    "--reference", type=FILE, required=True, metavar="FILE", help="Where the patient should be, PLY, room frame."
-)
-@click.option(
-    "--isocentre",
-    "isocentre_mm",
-    type=float,
-    nargs=3,
-    required=True,
-    metavar="X Y Z",
-    help="Where the motion is reported, mm, room frame.",
-)
+@placed("The frames were captured with the couch turned by DEG from where the reference was; as in sgrt register.")
 @click.option("--rig", "rig_file", type=FILE, metavar="FILE", help="The calibrated room, for frames of image pairs.")
 @click.option(
     "--profile",
@@ -167,7 +148,6 @@ def _tracker(files: tuple[Path, Path | None, Path | None], couch_deg: float, con
     default="conventional",
     help="The tolerance: 2 mm and 1 deg, or 1 mm and 0.5 deg; default: conventional.",
 )
-@click.option("--roi", type=FILE, metavar="FILE", help="The part of the reference that counts, roi.json.")
 @click.option("--gate-roi", type=FILE, metavar="FILE", help="The patch of the breathing trace, roi.json.")
 @click.option(
     "--gate",
@@ -178,14 +158,6 @@ def _tracker(files: tuple[Path, Path | None, Path | None], couch_deg: float, con
 )
 @click.option("--tolerance-mm", type=float, default=0.0, metavar="MM", help="Instead of the profile's.")
 @click.option("--tolerance-deg", type=float, default=0.0, metavar="DEG", help="Instead of the profile's.")
-@click.option(
-    "--couch-angle",
-    "couch_deg",
-    type=float,
-    default=0.0,
-    metavar="DEG",
-    help="The frames were captured with the couch turned by DEG from where the reference was; as in sgrt register.",
-)
 @click.option("--json-lines", is_flag=True, help="Print one JSON object a frame on standard output.")
 @common
 def command(
@@ -221,7 +193,7 @@ def command(
         known |= {"gate_low_mm": gate[0], "gate_high_mm": gate[1]}
     lines: list[dict[str, Any]] = []
     with working(threads) as context:
-        tracker = _tracker((reference, roi, gate_roi), couch_deg, context, **known)
+        tracker = _tracker(reference, roi, gate_roi, couch_deg, context, **known)
         for _, line in _frames(tracker, source, captures, context):
             lines.append(line)
             if json_lines:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
+from urllib.parse import quote, unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,6 +154,12 @@ def _correlation(comments: list[str]) -> float:
     return value
 
 
+def _causes(comments: list[str], count: int) -> list[str] | None:
+    """The names of the modes, percent-encoded; a lone % is the empty name."""
+    words = _tagged(comments, "mode_names", count) if count else None
+    return None if words is None else ["" if word == "%" else unquote(word) for word in words]
+
+
 def _columns(vertex: Any, names: tuple[str, ...]) -> NDArray[Any]:
     wide = any(vertex[name].dtype.itemsize == 8 for name in names)
     return np.stack([vertex[name] for name in names], axis=-1).astype("f8" if wide else "f4", copy=False)
@@ -232,6 +239,7 @@ def _surface(path: PathLike) -> Surface:
     assert points is not None
     sigma = array(("sigma_mm",))
     modes = [_columns(rows, _mode_names(k)).reshape(*shape, 3) for k in range(_mode_count(vertex))]
+    causes = _causes(header.comments, len(modes))
     return Surface(
         points,
         normals=array(NORMAL),
@@ -239,6 +247,7 @@ def _surface(path: PathLike) -> Surface:
         covariance=array(COVARIANCE),
         faces=_faces(ply, face, face_name) if face and face_name else None,
         modes=np.stack(modes).astype("f8") if modes else None,
+        mode_names=causes,
         correlation_points=correlation,
     )
 
@@ -256,7 +265,7 @@ def read_surface(path: PathLike) -> Surface:
 def write_surface(path: PathLike, surface: Surface, *, format: Literal["binary", "ascii"] = "binary") -> None:
     """Writes all that a surface holds, float64: points, normals, sigma_mm, covariance, faces, modes and the grid.
 
-    The modes are the properties mode0_x, mode0_y, mode0_z, mode1_x ...: other programs skip them.
+    The modes are the properties mode0_x, mode0_y, mode0_z, mode1_x ..., their names a comment.
     """
     columns: list[tuple[str, NDArray[np.float64]]] = []
 
@@ -280,6 +289,8 @@ def write_surface(path: PathLike, surface: Surface, *, format: Literal["binary",
         triangles["vertex_indices"] = surface.faces
         elements.append(PlyElement.describe(triangles, "face"))
     comments = [f"sgrt correlation_points {surface.correlation_points!r}"]
+    if surface.mode_names:
+        comments.append("sgrt mode_names " + " ".join(quote(name, safe="") or "%" for name in surface.mode_names))
     if surface.grid_shape:
         height, width = surface.grid_shape
         comments.insert(0, f"sgrt grid {width} {height}")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import Deform, Icp, PatientDisplacement
+from .._core import Coarse, Deform, Icp, PatientDisplacement
 from ..errors import FormatError, InvalidArgument
 from ..frames import shift_from_pose
 from ._files import PathLike, check_schema, naming, numbers, parse_json, read_text, write_json
@@ -48,9 +48,30 @@ def _directions(result: Icp | Deform | None) -> list[dict[str, Any]]:
     ]
 
 
+def _coarse(result: Icp | Deform | None, landmarks: Coarse | None) -> dict[str, Any] | None:
+    """How the start was found, where it was looked for."""
+    if landmarks is not None:
+        return {
+            "status": landmarks.status,
+            "verdict_text": landmarks.verdict_text,
+            "reference_from_live": landmarks.reference_from_live,
+            "covariance": landmarks.covariance,
+            "landmarks": {
+                "common": landmarks.common_count,
+                "used": landmarks.used_count,
+                "runner_up": landmarks.runner_up_count,
+            },
+            "rms_mm": landmarks.rms_mm,
+        }
+    if isinstance(result, Icp) and not np.isnan(result.coarse_score):
+        return {"score": result.coarse_score, "runner_up": result.coarse_runner_up}
+    return None
+
+
 def registration_document(
     result: Icp | Deform | None,
     *,
+    coarse: Coarse | None = None,
     status: str | None = None,
     isocentre_mm: ArrayLike | None = None,
     timing_ms: float | None = None,
@@ -58,7 +79,7 @@ def registration_document(
     """The document of a result, its keys in the order of the schema; NaN becomes null when it is written.
 
     result: of icp_align or deform_align, or the `.result` of its error; None where there is none (then status and
-    isocentre_mm say what is known).
+    isocentre_mm say what is known). coarse: of landmarks_align, where it gave the start.
     timing_ms: written by the command line only.
     """
     document: dict[str, Any] = {
@@ -79,9 +100,7 @@ def registration_document(
         "covariance_random": result.covariance_random if isinstance(result, Icp) else np.full((6, 6), _NAN),
         "covariance_shared": result.covariance_shared if isinstance(result, Icp) else np.full((6, 6), _NAN),
         "verdict_text": result.verdict_text if result else None,
-        "coarse": {"score": result.coarse_score, "runner_up": result.coarse_runner_up}
-        if isinstance(result, Icp) and not np.isnan(result.coarse_score)
-        else None,
+        "coarse": _coarse(result, coarse),
         "rms_mm": result.rms_mm if result else _NAN,
         "inlier_share": result.inlier_share if result else _NAN,
         "iterations": result.iterations if isinstance(result, Icp) else 0,

@@ -1,0 +1,208 @@
+"""Landmarks on simulated heads: shapes x poses under the noise of a Kinect and of a time-of-flight camera.
+
+    python benchmarks/landmarks.py [--shapes 20] [--poses 10]
+
+Each shape is the twin's head with every feature moved, scaled and resized by chance: another person. A view is a depth camera's
+(parallel rays, a point every `pitch` mm, noise along the ray), the head turned by up to 60 degrees about any axis. `head`: the model
+of any head. `own`: a model learnt from the person's own reference (a mesh with 0.1 mm noise), as in treatment. Truth: the extrema of the
+phantom's exact mean curvature; `again` compares with the reference's own points instead.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import time
+from typing import Any
+
+import numpy as np
+import sgrt
+from sgrt.twin.bodies import head
+from sgrt.twin.phantom import Blob, Phantom
+
+CONVEX = ("nose_apex", "ala_left", "ala_right", "chin")
+SENSORS = {"kinect": (0.6, 1.5), "tof": (1.5, 3.6)}  # noise, pitch, mm
+EXTENT = 125.0
+
+
+def person(seed: int) -> Phantom:
+    """Another head; left and right alike, as the twin's. Raises ValueError where it lacks a landmark."""
+    base, rng = head(), np.random.default_rng(seed)
+    grown = rng.normal(1.0, 0.05, 3)
+    draws: dict[Any, np.ndarray] = {}
+
+    def other(blob: Blob, index: int, move: float) -> Blob:
+        c = np.array(blob.centre)
+        draw = draws.setdefault((round(abs(c[0]) / 3), round(c[1]), round(c[2])), rng.normal(size=7))
+        d = move * draw[:3] * (0.0 if abs(c[0]) < 3 else np.sign(c[0]), 1, 1)
+        axes = np.array(blob.axes) * (1 + 0.05 * draw[4:])
+        return Blob(float(blob.size * (1 + 0.07 * draw[3])), tuple((c + d) * grown), tuple(axes * grown), blob.turn_deg)
+
+    made = dataclasses.replace(
+        base,
+        parts=tuple(other(b, i, 1.0) for i, b in enumerate(base.parts)),
+        bumps=tuple(other(b, i, 0.6) for i, b in enumerate(base.bumps)),
+    )
+    # Seeds of the landmarks: those of the twin's head, moved to the nearest extremum of this one.
+    marks = []
+    for name, place, sign in base.marks:
+        for trial in range(12):
+            at = np.array(place) * grown + (0 if trial == 0 else 2.0) * np.random.default_rng(trial).normal(size=3)
+            try:
+                found = dataclasses.replace(made, marks=((name, tuple(at), sign),)).landmarks()[name]
+            except (ValueError, np.linalg.LinAlgError):
+                continue
+            marks.append((name, tuple(found), sign))
+            break
+        else:
+            raise ValueError(name)
+    return dataclasses.replace(made, marks=tuple(marks))
+
+
+def turn(rng: np.random.Generator) -> np.ndarray:
+    """A rotation by up to 60 degrees about any axis."""
+    axis = rng.normal(size=3)
+    x, y, z = axis / np.linalg.norm(axis)
+    angle = np.deg2rad(rng.uniform(0, 60))
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
+
+
+def view(body: Phantom, rotation: np.ndarray, noise: float, pitch: float, rng: np.random.Generator) -> np.ndarray:
+    """H x W x 3: what a depth camera above sees of the turned body."""
+    side = np.arange(-EXTENT, EXTENT, pitch)
+    x, y = np.meshgrid(side + rng.uniform(-0.5, 0.5) * pitch, side[::-1] + rng.uniform(-0.5, 0.5) * pitch)
+    origin = np.stack([x.ravel(), y.ravel(), np.full(x.size, 230.0)], -1) @ rotation
+    ray = np.array([0.0, 0.0, -1.0]) @ rotation
+    t = np.zeros(len(origin))
+    on = np.arange(len(origin))
+    hit = np.zeros(len(origin), bool)
+    for _ in range(300):
+        p = origin[on] + t[on, None] * ray
+        f, *g = body.field(*(np.ascontiguousarray(p[:, k]) for k in range(3)))
+        step = np.clip(0.5 * f / np.maximum(np.sqrt(sum(q * q for q in g)), 0.7), -3, 3)
+        t[on] += step
+        hit[on[np.abs(step) < 1e-5]] = True
+        on = on[(np.abs(step) >= 1e-5) & (t[on] < 420)]
+        if not on.size:
+            break
+    points = (origin + t[:, None] * ray) @ rotation.T
+    points[:, 2] += noise * rng.normal(size=len(points))
+    points[~hit] = np.nan
+    return points.reshape(*x.shape, 3)
+
+
+def reference(body: Phantom, rng: np.random.Generator) -> sgrt.Surface:
+    points, faces = body.mesh(1.5)
+    return sgrt.Surface(points + 0.1 * rng.normal(size=(len(points), 1)) * body.normal(points), faces=faces)
+
+
+def in_view(points: np.ndarray, place: np.ndarray) -> bool:
+    """Whether a camera above sees the place: no point of the surface lies more than 3 mm over it."""
+    near = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1]) < 3.0
+    return bool(near.sum() >= 3 and np.median(points[near, 2]) < place[2] + 2.5)
+
+
+@dataclasses.dataclass
+class Tally:
+    asked: int = 0
+    poses: int = 0
+    found_poses: int = 0
+    invented: int = 0
+    rows: list[tuple[str, float, float, float, float]] = dataclasses.field(default_factory=list)
+    seconds: float = 0.0
+
+    def add(
+        self, found: sgrt.Landmarks, truth: dict[str, np.ndarray], valley: dict[str, np.ndarray], seen: set[str]
+    ) -> None:
+        for name, p, c in zip(found.names, found.positions_mm, found.covariance_mm2, strict=True):
+            if not np.isfinite(p[0]) or name not in seen:
+                continue
+            d = p - truth[name]
+            across = float(np.linalg.norm(d)) if name in CONVEX else float(abs(d @ valley[name]))
+            self.rows.append((name, float(np.linalg.norm(d)), across, float(d @ np.linalg.solve(c, d)), 0.0))
+
+    def line(self, title: str) -> str:
+        if not self.rows:
+            return f"{title:26s} nothing found"
+        names = np.array([r[0] for r in self.rows])
+        norm, across, z2 = (np.array([r[k] for r in self.rows]) for k in (1, 2, 3))
+        convex = np.isin(names, CONVEX)
+        inside = np.mean(z2 < 7.815)
+        return (
+            f"{title:26s} poses {self.found_poses}/{self.poses}, points {len(names)}/{self.asked}"
+            f" ({100 * len(names) / self.asked:.1f} %), convex mean {norm[convex].mean():.2f} mm (95 %"
+            f" {np.quantile(norm[convex], 0.95):.2f}), sulci across {across[~convex].mean():.2f} mm, in 95 % ellipsoid"
+            f" {100 * inside:.1f} %, beyond 10 mm {np.sum(norm > 10)}, {1e3 * self.seconds / max(1, self.poses):.0f} ms"
+        )
+
+
+def across_valleys(body: Phantom, truth: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Unit directions of the strongest bend at each landmark, body frame: across the valley of a sulcus."""
+    out = {}
+    for name, x in truth.items():
+        g, h = body.gradient(x[None])[0], body.hessian(x[None])[0]
+        n = g / np.linalg.norm(g)
+        p = np.eye(3) - np.outer(n, n)
+        values, vectors = np.linalg.eigh(p @ h @ p)
+        out[name] = vectors[:, int(np.argmax(np.abs(values)))]
+    return out
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--shapes", type=int, default=20)
+    parser.add_argument("--poses", type=int, default=10)
+    parser.add_argument("--seed", type=int, default=1000)
+    args = parser.parse_args()
+    tallies = {(s, m): Tally() for s in SENSORS for m in ("head", "own", "own, again")}
+    context, shapes, seed = sgrt.Context(threads=2), 0, args.seed
+    while shapes < args.shapes:
+        seed += 1
+        try:
+            body = person(seed)
+        except ValueError:
+            continue
+        shapes += 1
+        truth, rng = body.landmarks(), np.random.default_rng(seed)
+        valley = across_valleys(body, truth)
+        try:
+            own = sgrt.LandmarkModel.learn(reference(body, rng), sgrt.LandmarkModel.head(), context=context)
+            places = dict(zip(own.names, own.positions_mm, strict=True))
+        except sgrt.NotFound as error:
+            print("shape", seed, "reference:", error)
+            own, places = None, {}
+        for sensor, (noise, pitch) in SENSORS.items():
+            for _ in range(args.poses):
+                rotation = turn(rng)
+                points = view(body, rotation, noise, pitch, rng)
+                live = sgrt.Surface(points).estimate_normals()
+                turned = {n: rotation @ x for n, x in truth.items()}
+                axes = {n: rotation @ x for n, x in valley.items()}
+                cloud = points.reshape(-1, 3)
+                seen = {n for n, x in turned.items() if in_view(cloud[np.isfinite(cloud[:, 0])], x)}
+                for label, model, places_in_room in (
+                    ("head", sgrt.LandmarkModel.head(), turned),
+                    ("own", own, turned),
+                    ("own, again", own, {n: rotation @ x for n, x in places.items()}),
+                ):
+                    if model is None:
+                        continue
+                    tally = tallies[sensor, label]
+                    tally.poses += 1
+                    tally.asked += len(seen)
+                    start = time.perf_counter()
+                    try:
+                        found = sgrt.landmarks_find(live, model, context=context)
+                    except sgrt.NotFound:
+                        continue
+                    finally:
+                        tally.seconds += time.perf_counter() - start
+                    tally.found_poses += 1
+                    tally.add(found, places_in_room, axes, seen & set(places_in_room))
+    for (sensor, label), tally in tallies.items():
+        print(tally.line(f"{sensor}, {label}"), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,255 @@
+// A fit at every point, and from its covariance that of what is reported. docs/theory/curvature.md eq. 10-18.
+#include "shape/curvature.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "shape/jet.hpp"
+#include "shape/scale.hpp"
+
+namespace sgrt {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kStraight = 0.993;  // cosine of the frame with the fit, below which it is done again in a better frame
+constexpr double kOff = 0.05;        // as is one whose middle lies further from the fit, over the radius
+constexpr double kShrink = 0.7;      // of the disc at a border
+constexpr int kShrinks = 2;
+constexpr double kExact = 1e-9;      // curvature over the disc's radius that is rounding
+constexpr std::int64_t kBlock = 256;
+
+void check(const Surface& surface, const CurvatureOptions& o) {
+  if (o.degree < 2 || o.degree > 4)
+    fail(Status::kInvalidArgument, "degree: " + std::to_string(o.degree) + ", expected 2 to 4");
+  require(o.radius >= 0 && o.radius <= kMaxCoordinate, "radius_mm: expected 0 (chosen) or a positive number");
+  require(o.max_radius > 0, "max_radius_mm: expected a positive number");
+  require(o.noise >= 0 && o.noise <= kMaxCoordinate, "noise_mm: expected 0 (measured) or a positive number");
+  require(o.max_sigma > 0, "max_sigma_per_mm: expected a positive number");
+  if (!surface.has_normals())
+    fail(Status::kInvalidArgument,
+         "surface: it has no normals, expected some: they say what is outward, so what is convex");
+}
+
+void make_room(CurvatureField& f, const Surface& surface) {
+  const std::int64_t n = surface.size();
+  f.height = surface.height, f.width = surface.width;
+  for (auto* v : {&f.k1, &f.k2, &f.mean, &f.gauss, &f.shape_index, &f.curvedness, &f.sigma_k1, &f.sigma_k2,
+                  &f.sigma_mean, &f.sigma_gauss, &f.sigma_shape_index, &f.radius})
+    v->setConstant(n, kNan);
+  for (auto* m : {&f.normals, &f.d1, &f.d2}) m->setConstant(n, 3, kNan);
+  f.reason.assign(static_cast<std::size_t>(n), static_cast<std::uint8_t>(CurvatureReason::kAbsent));
+  f.hk.assign(static_cast<std::size_t>(n), 0);
+}
+
+Heights heights_of(const Run& run, const Surface& surface, const Pyramid& pyramid, double spacing,
+                   const CurvatureOptions& o, double* median) {
+  const Cells& cells = pyramid.levels[0];
+  Heights h;
+  if (o.noise > 0) {
+    h.common = o.noise * o.noise * surface.correlation_points;
+    *median = o.noise;
+    return h;
+  }
+  if (surface.sigma.size() > 0 || surface.covariance.rows() > 0) {
+    h.variance.assign(static_cast<std::size_t>(surface.size()), 0);
+    std::vector<double> all;
+    all.reserve(cells.row.size());
+    for (const std::int32_t row : cells.row) {
+      const double v = surface.variance_along(row, surface.normal(row));
+      h.variance[static_cast<std::size_t>(row)] = v * surface.correlation_points;
+      all.push_back(v);
+    }
+    if (!all.empty()) {
+      std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
+      *median = std::sqrt(all[all.size() / 2]);
+    }
+    return h;
+  }
+  const double v = measured_variance(run, pyramid, spacing, o.degree);
+  *median = std::sqrt(v);
+  h.common = (v == v ? v : 0) * surface.correlation_points;
+  return h;
+}
+
+// Sigmas by the delta method about the tensor's principal axes, bias added (eq. 17-18).
+void spread(const Jet& jet, const Curvature& c, double variance, double bias2_mean, double bias2_tensor,
+            CurvatureField& f, std::int64_t row) {
+  // The tensor in (H, p, q): a = H + p, c = H - p, b = q; the difference D = |(p, q)| lies along (p, q).
+  const double p = 0.5 * (jet.a - jet.c), q = jet.b, D = std::hypot(p, q);
+  const Vec3 h(0.5, 0, 0.5);
+  const double cosine = D > 0 ? p / D : 1, sine = D > 0 ? q / D : 0;
+  const Vec3 d(0.5 * cosine, sine, -0.5 * cosine);
+  const Mat3 C = variance * jet.covariance;
+  const double hh = h.dot(C * h) + bias2_mean;
+  double dd = d.dot(C * d);
+  // At an umbilic D is the length of a noisy vector: it scatters less than either component (Rice).
+  if (dd > 0) dd *= 1 - 0.57 * std::exp(-D * D / dd / 8);
+  dd += std::max(0.0, 0.5 * bias2_tensor - bias2_mean);
+  const double hd = h.dot(C * d);
+  const double H = c.mean;
+  f.sigma_mean[row] = std::sqrt(hh);
+  f.sigma_k1[row] = std::sqrt(std::max(0.0, hh + 2 * hd + dd));
+  f.sigma_k2[row] = std::sqrt(std::max(0.0, hh - 2 * hd + dd));
+  f.sigma_gauss[row] = 2 * std::sqrt(std::max(0.0, H * H * hh - 2 * H * D * hd + D * D * dd));
+  const double length2 = H * H + D * D;
+  if (length2 > 0)
+    f.sigma_shape_index[row] =
+        2 / kPi * std::sqrt(std::max(0.0, D * D * hh - 2 * H * D * hd + H * H * dd)) / length2;
+}
+
+class Field {
+ public:
+  Field(const Run& run, const Surface& surface, const CurvatureOptions& o, CurvatureField& out)
+      : run_(run), surface_(surface), o_(o), f_(out) {}
+
+  void operator()() {
+    make_room(f_, surface_);
+    for (std::int64_t i = 0; i < surface_.size(); ++i) {
+      if (!surface_.present(i)) continue;
+      const bool normal = surface_.normals(i, 0) == surface_.normals(i, 0);
+      say(i, normal ? CurvatureReason::kTooFew : CurvatureReason::kNoNormal);
+    }
+    f_.spacing = spacing_of(surface_);
+    if (f_.spacing > 0) fill();
+    for (const std::uint8_t r : f_.reason) ++f_.count[r];
+    f_.known = f_.count[0];
+  }
+
+ private:
+  void say(std::int64_t row, CurvatureReason reason) {
+    f_.reason[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(reason);
+  }
+
+  void fill() {
+    const Pyramid pyramid = make_pyramid(surface_, f_.spacing);
+    const Cells& cells = pyramid.levels[0];
+    f_.duplicates = cells.duplicates;
+    const Heights heights = heights_of(run_, surface_, pyramid, f_.spacing, o_, &f_.noise);
+    const Scales scales = choose_scales(run_, pyramid, f_.spacing, o_, heights);
+    parallel_for(
+        run_, cells.size_of(), kBlock,
+        [&](std::int64_t begin, std::int64_t end) {
+          JetFitter fitter(run_, pyramid, o_.degree);
+          for (std::int64_t i = begin; i < end; ++i) at_point(fitter, cells, scales, heights, i);
+        },
+        "curvature");
+    if (cells.duplicates > 0) copy_to_duplicates(cells);
+  }
+
+  void at_point(JetFitter& fitter, const Cells& cells, const Scales& scales, const Heights& heights, std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    const std::int32_t row = cells.row[at];
+    const Vec3 x(cells.x[at], cells.y[at], cells.z[at]), own(cells.nx[at], cells.ny[at], cells.nz[at]);
+    const Node& node =
+        scales.nodes[static_cast<std::size_t>(scales.node[static_cast<std::size_t>(cells.cell_of(x))])];
+    Vec3 normal = own, centre = x;
+    double radius = o_.radius > 0 ? o_.radius : node.radius;
+    if (node.found) {
+      // The frame as the cell's node foresees it: the disc's middle has to lie on the skin, not on a noisy point.
+      const Vec3 d = x - node.foot;
+      const Vec3 n = (node.normal + node.tensor * d).normalized();
+      const double height = node.normal.dot(d) + 0.5 * d.dot(node.tensor * d);
+      if (n.dot(own) > 0.3 && std::abs(height) < 0.5 * radius) {
+        normal = n;
+        centre = x - height * n;
+      }
+    }
+    Jet jet;
+    for (int k = 0;; ++k) {
+      jet = fitter.fit(centre, normal, radius);
+      const bool off = jet.fault == JetFault::kNone && (jet.normal.dot(normal) < kStraight || (jet.foot - centre).norm() > kOff * radius);
+      if (off) {
+        const Jet again = fitter.fit(jet.foot, jet.normal, radius);
+        if (again.fault == JetFault::kNone) jet = again;
+      }
+      if (jet.fault != JetFault::kBorder || o_.radius > 0 || k == kShrinks) break;
+      radius *= kShrink;
+    }
+    f_.radius[row] = radius;
+    std::int64_t all = 0, against = 0;
+    if (jet.fault != JetFault::kNone) {
+      fitter.look(x, own, radius, &all, &against);
+      say(row, against > 0 && 4 * against >= all ? CurvatureReason::kDisagree
+               : jet.fault == JetFault::kTooFew  ? CurvatureReason::kTooFew
+               : jet.fault == JetFault::kBorder  ? CurvatureReason::kBorder
+                                                 : CurvatureReason::kNotASheet);
+      return;
+    }
+    if (own.dot(jet.normal) < -0.2) return say(row, CurvatureReason::kDisagree);
+    write(jet, node, heights.of(row), radius, row);
+  }
+
+  void write(const Jet& jet, const Node& node, double variance, double radius, std::int32_t row) {
+    const double fixed = o_.radius > 0 ? 0 : 1;
+    const Curvature c = curvature_of_tensor(jet.a, jet.b, jet.c, jet.normal, jet.e1, jet.e2);
+    spread(jet, c, variance, fixed * node.bias2_mean, fixed * node.bias2_tensor, f_, row);
+    if (!(f_.sigma_mean[row] <= o_.max_sigma)) {
+      for (auto* v : {&f_.sigma_k1, &f_.sigma_k2, &f_.sigma_mean, &f_.sigma_gauss, &f_.sigma_shape_index})
+        (*v)[row] = kNan;
+      return say(row, CurvatureReason::kTooNoisy);
+    }
+    f_.k1[row] = c.k1, f_.k2[row] = c.k2, f_.mean[row] = c.mean, f_.gauss[row] = c.gauss;
+    f_.curvedness[row] = c.curvedness;
+    // A plane to rounding has no shape.
+    const bool plane = c.curvedness * radius < kExact;
+    f_.shape_index[row] = plane ? kNan : c.shape_index;
+    if (plane) f_.sigma_shape_index[row] = kNan;
+    f_.normals.row(row) = c.normal.transpose();
+    f_.d1.row(row) = c.d1.transpose();
+    f_.d2.row(row) = c.d2.transpose();
+    const double zero = kExact / radius;
+    f_.hk[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(
+        hk_class(c.mean, c.gauss, 2 * f_.sigma_mean[row] + zero, 2 * f_.sigma_gauss[row] + zero * (zero + c.curvedness)));
+    say(row, CurvatureReason::kNone);
+  }
+
+  // Second points at a place get what the first one has.
+  void copy_to_duplicates(const Cells& cells) {
+    std::vector<std::uint8_t> kept(static_cast<std::size_t>(surface_.size()), 0);
+    for (const std::int32_t row : cells.row) kept[static_cast<std::size_t>(row)] = 1;
+    for (std::int64_t i = 0; i < surface_.size(); ++i) {
+      if (kept[static_cast<std::size_t>(i)] || !surface_.present(i) || surface_.normals(i, 0) != surface_.normals(i, 0))
+        continue;
+      const auto cell = static_cast<std::size_t>(cells.cell_of(surface_.point(i)));
+      for (std::int64_t k = cells.begin[cell]; k < cells.begin[cell + 1]; ++k) {
+        const std::int32_t from = cells.row[static_cast<std::size_t>(k)];
+        if (surface_.points.row(from) != surface_.points.row(i)) continue;
+        for (auto* v : {&f_.k1, &f_.k2, &f_.mean, &f_.gauss, &f_.shape_index, &f_.curvedness, &f_.sigma_k1,
+                        &f_.sigma_k2, &f_.sigma_mean, &f_.sigma_gauss, &f_.sigma_shape_index, &f_.radius})
+          (*v)[i] = (*v)[from];
+        for (auto* m : {&f_.normals, &f_.d1, &f_.d2}) m->row(i) = m->row(from);
+        f_.reason[static_cast<std::size_t>(i)] = f_.reason[static_cast<std::size_t>(from)];
+        f_.hk[static_cast<std::size_t>(i)] = f_.hk[static_cast<std::size_t>(from)];
+        break;
+      }
+    }
+  }
+
+  const Run& run_;
+  const Surface& surface_;
+  const CurvatureOptions& o_;
+  CurvatureField& f_;
+};
+
+}  // namespace
+
+Grain grain_of(const Run& run, const Surface& surface) {
+  Grain grain{spacing_of(surface), kNan};
+  if (!(grain.spacing > 0)) return grain;
+  const Pyramid pyramid = make_pyramid(surface, grain.spacing);
+  heights_of(run, surface, pyramid, grain.spacing, CurvatureOptions{}, &grain.noise);
+  return grain;
+}
+
+CurvatureField surface_curvature(const Run& run, const Surface& surface, const CurvatureOptions& options) {
+  check(surface, options);
+  CurvatureField out;
+  Field(run, surface, options, out)();
+  return out;
+}
+
+}  // namespace sgrt

@@ -1,0 +1,220 @@
+// Least squares over a disc. docs/theory/curvature.md eq. 10-13.
+#include "shape/jet.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sgrt {
+namespace {
+
+constexpr double kLeastCosine = 0.2;   // of a neighbour's normal: another sheet otherwise
+constexpr double kOneSided = 0.2;      // mean offset of the neighbours over the radius
+constexpr double kSteepest = 1;        // slope of the fit over the disc's plane
+constexpr std::int64_t kMost = 16384;  // points of a disc; of denser ones every second, fourth ... counts
+
+Mat3 axes_about(const Vec3& n) {
+  Mat3 axes;
+  const Vec3 e1 = n.unitOrthogonal();
+  axes.row(0) = e1.transpose();
+  axes.row(1) = n.cross(e1).transpose();
+  axes.row(2) = n.transpose();
+  return axes;
+}
+
+// Value and derivatives at the middle, over the radius: h, h_u, h_v, h_uu / 2, h_uv, h_vv / 2, and their covariance.
+struct Solved {
+  Vec6 x;
+  Mat6 covariance;
+  double residual;
+};
+
+bool solve_quadric(const double* sums, Solved& out) {
+  Mat6 M;
+  Vec6 g;
+  int k = 0;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) M(j, i) = sums[k++];
+    g[i] = sums[k++];
+  }
+  const double ww = sums[k];
+  const Eigen::LLT<Mat6> llt(M);  // reads the lower triangle
+  if (llt.info() != Eigen::Success) return false;
+  const Vec6 pivots = llt.matrixLLT().diagonal();
+  if (!(pivots.minCoeff() > 1e-4 * pivots.maxCoeff())) return false;
+  out.covariance.setIdentity();
+  llt.solveInPlace(out.covariance);
+  out.x = out.covariance * g;
+  out.residual = std::max(0.0, ww - out.x.dot(g));
+  return true;
+}
+
+template <int Size>
+bool solve_jet(const double* u, const double* v, const double* w, const double* one, long n, Solved& out) {
+  using Matrix = Eigen::Matrix<double, Size, Size>;
+  using Vector = Eigen::Matrix<double, Size, 1>;
+  Matrix M = Matrix::Zero();
+  Vector g = Vector::Zero();
+  double ww = 0;
+  for (long i = 0; i < n; ++i) {
+    if (one[i] == 0) continue;
+    Vector row;
+    const double a = u[i], b = v[i];
+    row.template head<6>() << 1, a, b, a * a, a * b, b * b;
+    row.template segment<4>(6) << a * a * a, a * a * b, a * b * b, b * b * b;
+    if constexpr (Size == 15) row.template tail<5>() << a * a * a * a, a * a * a * b, a * a * b * b, a * b * b * b, b * b * b * b;
+    M.noalias() += row * row.transpose();
+    g += row * w[i];
+    ww += w[i] * w[i];
+  }
+  const Eigen::LLT<Matrix> llt(M);
+  if (llt.info() != Eigen::Success) return false;
+  const Vector pivots = llt.matrixLLT().diagonal();
+  if (!(pivots.minCoeff() > 1e-5 * pivots.maxCoeff())) return false;
+  const Matrix inverse = llt.solve(Matrix::Identity());
+  const Vector x = llt.solve(g);
+  out.x = x.template head<6>();
+  out.covariance = inverse.template topLeftCorner<6, 6>();
+  out.residual = std::max(0.0, ww - x.dot(g));
+  return true;
+}
+
+// From heights over the disc's plane to the tensor on the fitted surface (eq. 12).
+void to_tensor(const Solved& s, const Vec3& p, const Mat3& axes, double radius, Jet& jet) {
+  const double hu = s.x[1], hv = s.x[2];
+  const Vec3 eu = axes.row(0), ev = axes.row(1), n = axes.row(2);
+  const double g2 = 1 + hu * hu + hv * hv, g = std::sqrt(g2);
+  jet.normal = (n - hu * eu - hv * ev) / g;
+  jet.foot = p + radius * s.x[0] * n;
+  // On e1 along S_u and e2 = normal x e1; S_u = eu + hu n, S_v = ev + hv n.
+  const double E = 1 + hu * hu, F = hu * hv;
+  jet.e1 = (eu + hu * n) / std::sqrt(E);
+  jet.e2 = jet.normal.cross(jet.e1);
+  // With (l, m, q) = -(h_uu, h_uv, h_vv) / g: a = l / E, b = (m - F/E l) / area, c = (E q - 2 F m + F^2/E l) / area^2.
+  Mat3 J;
+  J << 1 / E, 0, 0, -F / E / g, 1 / g, 0, F * F / E / g2, -2 * F / g2, E / g2;
+  const Vec3 second(2 * s.x[3], s.x[4], 2 * s.x[5]);
+  J *= -1 / (g * radius);
+  const Vec3 tensor = J * second;
+  jet.a = tensor[0], jet.b = tensor[1], jet.c = tensor[2];
+  const Mat3 twice = J * Vec3(2, 1, 2).asDiagonal();
+  // Heights were over the radius, so their variance is over its square.
+  jet.covariance = twice * s.covariance.bottomRightCorner<3, 3>() * twice.transpose() / (radius * radius);
+  jet.foot_variance = s.covariance(0, 0) / g2;
+  jet.residual = s.residual * radius * radius / g2;
+}
+
+}  // namespace
+
+JetFitter::JetFitter(const Run& run, const Pyramid& pyramid, int degree)
+    : pyramid_(pyramid), degree_(degree), avx2_(run.isa == Isa::kAvx2) {}
+
+void JetFitter::gather(const Vec3& p, const Mat3& axes, double radius) {
+  std::size_t level = 0;
+  // The jets' higher terms would see the cubes.
+  while (degree_ == 2 && level + 1 < pyramid_.levels.size() && radius >= pyramid_.least_radius[level + 1]) ++level;
+  const Cells& cells = pyramid_.levels[level];
+  kernels::Disc disc;
+  Eigen::Map<Vec3>(disc.centre) = p;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(disc.axes) = axes;
+  disc.radius = radius;
+  disc.least_cosine = kLeastCosine;
+  std::int64_t from[3], to[3];
+  for (int k = 0; k < 3; ++k) {
+    from[k] = cells.axis_cell(k, p[k] - radius);
+    to[k] = cells.axis_cell(k, p[k] + radius);
+  }
+  const auto sheet = cells.sheet();
+  n_ = 0;
+  for (std::int64_t k = from[2]; k <= to[2]; ++k) {
+    for (std::int64_t j = from[1]; j <= to[1]; ++j) {
+      const std::int64_t row = (k * cells.count[1] + j) * cells.count[0];
+      const std::int64_t begin = cells.begin[static_cast<std::size_t>(row + from[0])];
+      const std::int64_t end = cells.begin[static_cast<std::size_t>(row + to[0] + 1)];
+      if (begin == end) continue;
+      const auto need = static_cast<std::size_t>(n_ + (end - begin) + 4);
+      if (u_.size() < need) {
+        for (auto* v : {&u_, &v_, &w_, &one_}) v->resize(2 * need);
+      }
+      const auto call = avx2_ ? kernels::gather_avx2 : kernels::gather_baseline;
+      n_ += call(sheet, disc, begin, end, u_.data() + n_, v_.data() + n_, w_.data() + n_, one_.data() + n_);
+      if (n_ > kMost) {  // thin out, evenly
+        long kept = 0;
+        for (long i = 0; i + 8 <= n_; i += 8, kept += 4) {
+          for (int l = 0; l < 4; ++l) {
+            u_[static_cast<std::size_t>(kept + l)] = u_[static_cast<std::size_t>(i + 2 * l)];
+            v_[static_cast<std::size_t>(kept + l)] = v_[static_cast<std::size_t>(i + 2 * l)];
+            w_[static_cast<std::size_t>(kept + l)] = w_[static_cast<std::size_t>(i + 2 * l)];
+            one_[static_cast<std::size_t>(kept + l)] = one_[static_cast<std::size_t>(i + 2 * l)];
+          }
+        }
+        n_ = kept;
+      }
+    }
+  }
+}
+
+Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
+  const Mat3 axes = axes_about(normal);
+  gather(p, axes, radius);
+  Jet jet;
+  jet.unknowns = unknowns_of(degree_);
+  double sums[kernels::kMoments];
+  const auto moments = avx2_ ? kernels::moments_avx2 : kernels::moments_baseline;
+  moments(u_.data(), v_.data(), w_.data(), one_.data(), n_, sums);
+  jet.count = static_cast<int>(std::lround(sums[0]));
+  if (jet.count < jet.unknowns) {
+    jet.fault = JetFault::kTooFew;
+    return jet;
+  }
+  Solved s;
+  const bool solved = degree_ == 2   ? solve_quadric(sums, s)
+                      : degree_ == 3 ? solve_jet<10>(u_.data(), v_.data(), w_.data(), one_.data(), n_, s)
+                                     : solve_jet<15>(u_.data(), v_.data(), w_.data(), one_.data(), n_, s);
+  if (std::hypot(sums[1], sums[2]) > kOneSided * sums[0]) jet.fault = JetFault::kBorder;
+  if (!solved || !(std::hypot(s.x[1], s.x[2]) < kSteepest)) {
+    if (jet.fault == JetFault::kNone) jet.fault = solved ? JetFault::kNotASheet : JetFault::kTooFew;
+    return jet;
+  }
+  to_tensor(s, p, axes, radius, jet);
+  return jet;
+}
+
+JetFitter::Skin JetFitter::skin(const Vec3& p, const Vec3& normal, double radius) {
+  const Jet jet = fit(p, normal, radius);
+  Skin s;
+  s.found = jet.fault == JetFault::kNone;
+  if (!s.found) return s;
+  s.foot = jet.foot;
+  s.normal = jet.normal;
+  s.variance = jet.foot_variance;
+  s.count = jet.count;
+  return s;
+}
+
+void JetFitter::look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const {
+  const Cells& cells = pyramid_.levels[0];
+  *all = *against = 0;
+  std::int64_t from[3], to[3];
+  for (int k = 0; k < 3; ++k) {
+    from[k] = cells.axis_cell(k, p[k] - radius);
+    to[k] = cells.axis_cell(k, p[k] + radius);
+  }
+  for (std::int64_t k = from[2]; k <= to[2]; ++k) {
+    for (std::int64_t j = from[1]; j <= to[1]; ++j) {
+      const std::int64_t row = (k * cells.count[1] + j) * cells.count[0];
+      const std::int64_t end = std::min(cells.begin[static_cast<std::size_t>(row + to[0] + 1)],
+                                        cells.begin[static_cast<std::size_t>(row + from[0])] + kMost);
+      for (std::int64_t i = cells.begin[static_cast<std::size_t>(row + from[0])]; i < end; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        const Vec3 d(cells.x[at] - p[0], cells.y[at] - p[1], cells.z[at] - p[2]);
+        if (d.squaredNorm() > radius * radius) continue;
+        ++*all;
+        // A thin body has a far side too: only points in the same sheet count against.
+        const double c = normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
+        if (c < -0.5 && std::abs(d.dot(normal)) < 0.3 * radius) ++*against;
+      }
+    }
+  }
+}
+
+}  // namespace sgrt

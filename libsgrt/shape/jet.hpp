@@ -1,0 +1,58 @@
+// The shape of a surface near a place: a polynomial height over a tangent disc, fitted to the points in it, and what
+// their noise does to it. Degree 2 has circles for normal sections instead of parabolas, which is exact on a sphere
+// of any size; degrees 3 and 4 are jets. Cazals and Pouget (2005). docs/theory/curvature.md eq. 10-13.
+#pragma once
+
+#include <vector>
+
+#include "core/run.hpp"
+#include "shape/cells.hpp"
+
+namespace sgrt {
+
+enum class JetFault : std::uint8_t { kNone, kTooFew, kBorder, kNotASheet };
+
+struct Jet {
+  JetFault fault = JetFault::kNone;
+  int count = 0;          // points in the disc
+  Vec3 normal, e1, e2;    // of the fitted surface at the place; unit, right-handed with the normal
+  Vec3 foot;              // on the fitted surface
+  double a, b, c;         // curvature tensor on e1, e2, 1/mm, convex positive
+  Mat3 covariance;        // of (a, b, c) for points with unit variance of height, 1/mm4
+  double foot_variance;   // of the foot along the normal, for unit variance
+  double residual;        // mm2, sum of squares about the fit
+  int unknowns;
+};
+
+// One thread's scratch.
+class JetFitter {
+ public:
+  JetFitter(const Run& run, const Pyramid& pyramid, int degree);
+  // At place p with about this normal (outward).
+  Jet fit(const Vec3& p, const Vec3& normal, double radius);
+  // Only where the skin is, along the normal.
+  struct Skin {
+    bool found = false;
+    Vec3 foot, normal;
+    double variance;  // of the foot along the normal, for unit variance of the points
+    int count;
+  };
+  Skin skin(const Vec3& p, const Vec3& normal, double radius);
+  // Points in the ball, of any normal: their number, and how many look the other way.
+  void look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const;
+
+ private:
+  void gather(const Vec3& p, const Mat3& axes, double radius);
+
+  const Pyramid& pyramid_;
+  int degree_;
+  bool avx2_;
+  long n_ = 0;
+  std::vector<double> u_, v_, w_, one_;
+};
+
+constexpr int unknowns_of(int degree) {
+  return (degree + 1) * (degree + 2) / 2;
+}
+
+}  // namespace sgrt

@@ -1,0 +1,140 @@
+// Landmark models as text, schema "sgrt-landmark-model/1": id, scale_mm, size_range, patch_spacing_mm, patch_sigma_mm, and
+// points of name, position_mm, normal, k1_per_mm, k2_per_mm, sigma_mm and patch_mm.
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "core/strict_json.inl"
+#include "shape/landmark_model.hpp"
+
+namespace sgrt {
+namespace {
+
+constexpr const char* kSchema = "sgrt-landmark-model/1";
+constexpr std::size_t kMaxPatch = 4096;
+
+[[noreturn]] void refuse(const std::string& message) {
+  fail(Status::kFormat, message);
+}
+
+const Json& member(const Json& object, const char* key, const std::string& path) {
+  const auto found = object.find(key);
+  if (found == object.end()) refuse(path + key + ": missing");
+  return *found;
+}
+
+double number(const Json& value, const std::string& path) {
+  if (!value.is_number()) refuse(path + ": expected a number, got " + value.type_name());
+  return value.get<double>();
+}
+
+std::string text(const Json& value, const std::string& path) {
+  if (!value.is_string()) refuse(path + ": expected a text, got " + value.type_name());
+  return value.get<std::string>();
+}
+
+Vec3 vector(const Json& value, const std::string& path) {
+  if (!value.is_array() || value.size() != 3) refuse(path + ": expected three numbers");
+  return Vec3(number(value[0], path + "[0]"), number(value[1], path + "[1]"), number(value[2], path + "[2]"));
+}
+
+LandmarkPoint point_of(const Json& j, const std::string& path) {
+  if (!j.is_object()) refuse(path + "expected an object, got " + j.type_name());
+  LandmarkPoint p;
+  p.name = text(member(j, "name", path), path + "name");
+  p.position = vector(member(j, "position_mm", path), path + "position_mm");
+  p.normal = vector(member(j, "normal", path), path + "normal");
+  p.k1 = number(member(j, "k1_per_mm", path), path + "k1_per_mm");
+  p.k2 = number(member(j, "k2_per_mm", path), path + "k2_per_mm");
+  p.sigma = number(member(j, "sigma_mm", path), path + "sigma_mm");
+  const auto patch = j.find("patch_mm");
+  if (patch == j.end()) return p;
+  if (!patch->is_array() || patch->size() > kMaxPatch) refuse(path + "patch_mm: expected up to 4096 points");
+  p.patch.resize(static_cast<Eigen::Index>(patch->size()), 3);
+  for (std::size_t i = 0; i < patch->size(); ++i)
+    p.patch.row(static_cast<Eigen::Index>(i)) =
+        vector((*patch)[i], path + "patch_mm[" + std::to_string(i) + "]").transpose();
+  return p;
+}
+
+Json json_of(const Vec3& v) {
+  return Json::array({v[0], v[1], v[2]});
+}
+
+double optional_number(const Json& j, const char* key, double otherwise) {
+  const auto found = j.find(key);
+  return found == j.end() ? otherwise : number(*found, key);
+}
+
+}  // namespace
+
+void check_model(const LandmarkModel& m) {
+  if (m.points.size() < 4 || m.points.size() > kMaxLandmarks)
+    refuse("points: " + std::to_string(m.points.size()) + ", expected 4 to 64");
+  if (!(m.scale > 0 && m.scale <= 50)) refuse("scale_mm: " + text_of(m.scale) + ", expected up to 50");
+  if (!(m.size_range >= 0 && m.size_range <= 0.5)) refuse("size_range: " + text_of(m.size_range) + ", expected 0 to 0.5");
+  if (!(m.patch_spacing >= 0 && m.patch_spacing <= 50)) refuse("patch_spacing_mm: expected 0 to 50");
+  if (!(m.patch_sigma >= 0 && m.patch_sigma <= 50)) refuse("patch_sigma_mm: expected 0 to 50");
+  for (std::size_t i = 0; i < m.points.size(); ++i) {
+    const LandmarkPoint& p = m.points[i];
+    const std::string path = "points[" + std::to_string(i) + "].";
+    if (p.name.empty() || p.name.size() > 64) refuse(path + "name: expected 1 to 64 bytes");
+    for (std::size_t k = 0; k < i; ++k)
+      if (m.points[k].name == p.name) refuse(path + "name: " + in_quotes(p.name) + " stands twice");
+    if (!(p.position.cwiseAbs().maxCoeff() <= kMaxCoordinate)) refuse(path + "position_mm: expected within 1e5 mm");
+    if (!(std::abs(p.normal.norm() - 1) < 1e-3)) refuse(path + "normal: expected a unit vector");
+    if (!(std::abs(p.k1) <= 100 && std::abs(p.k2) <= 100 && p.k1 >= p.k2 && p.k1 + p.k2 != 0))
+      refuse(path + "k1_per_mm: expected at least k2_per_mm, their sum not 0");
+    if (!(p.sigma > 0 && p.sigma <= 100)) refuse(path + "sigma_mm: " + text_of(p.sigma) + ", expected above 0, up to 100");
+    if (p.patch.rows() > 0 && !(p.patch.cwiseAbs().maxCoeff() <= kMaxCoordinate))
+      refuse(path + "patch_mm: expected within 1e5 mm");
+  }
+}
+
+std::string model_to_json(const LandmarkModel& m) {
+  Json j;
+  j["schema"] = kSchema;
+  j["id"] = m.id;
+  j["scale_mm"] = m.scale;
+  j["size_range"] = m.size_range;
+  j["patch_spacing_mm"] = m.patch_spacing;
+  j["patch_sigma_mm"] = m.patch_sigma;
+  j["points"] = Json::array();
+  for (const LandmarkPoint& p : m.points) {
+    Json q;
+    q["name"] = p.name;
+    q["position_mm"] = json_of(p.position);
+    q["normal"] = json_of(p.normal);
+    q["k1_per_mm"] = p.k1;
+    q["k2_per_mm"] = p.k2;
+    q["sigma_mm"] = p.sigma;
+    if (p.patch.rows() > 0) {
+      q["patch_mm"] = Json::array();
+      for (Eigen::Index i = 0; i < p.patch.rows(); ++i) q["patch_mm"].push_back(json_of(p.patch.row(i).transpose()));
+    }
+    j["points"].push_back(std::move(q));
+  }
+  return j.dump();
+}
+
+LandmarkModel model_from_json(const char* text_begin, std::size_t size) {
+  const Json j = parse_json(text_begin, size, "landmark model");
+  if (!j.is_object()) refuse(std::string("landmark model: expected an object, got ") + j.type_name());
+  const std::string schema = text(member(j, "schema", ""), "schema");
+  if (schema != kSchema) refuse("schema: expected 'sgrt-landmark-model/1', got " + in_quotes(schema));
+  LandmarkModel m;
+  m.id = text(member(j, "id", ""), "id");
+  m.scale = number(member(j, "scale_mm", ""), "scale_mm");
+  m.size_range = optional_number(j, "size_range", 0);
+  m.patch_spacing = optional_number(j, "patch_spacing_mm", 0);
+  m.patch_sigma = optional_number(j, "patch_sigma_mm", 0);
+  const Json& points = member(j, "points", "");
+  if (!points.is_array()) refuse(std::string("points: expected an array, got ") + points.type_name());
+  if (points.size() > kMaxLandmarks) refuse("points: " + std::to_string(points.size()) + ", expected 4 to 64");
+  for (std::size_t i = 0; i < points.size(); ++i)
+    m.points.push_back(point_of(points[i], "points[" + std::to_string(i) + "]."));
+  check_model(m);
+  return m;
+}
+
+}  // namespace sgrt

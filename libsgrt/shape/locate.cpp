@@ -1,0 +1,181 @@
+// Scene, match, refinement, verdict. docs/theory/landmarks.md.
+#include "shape/locate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "shape/constellation.hpp"
+#include "shape/patches.hpp"
+#include "shape/scene.hpp"
+
+namespace sgrt {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kAmbiguous = 0.9;     // a runner-up so near the best
+constexpr double kScaleBias = 0.08;    // of the scale: an extremum of smoothed curvature is not that of the skin's own
+constexpr std::size_t kTried = 12;    // matches that are held against the reference's skin
+constexpr std::size_t kSparse = 5;    // first by every fifth of its points
+constexpr double kSkinFits = 0.5;     // share of the skin about the landmarks that must fit
+constexpr double kSame = 6;           // mm
+constexpr double kUsed = 0.1;          // value from which an extremum moves its landmark
+constexpr double kOffExtremum = 2.5;   // sigmas of its place: further away an extremum is another one
+
+std::string rounded(double x) {
+  return text_of(std::round(100 * x) / 100);
+}
+
+void not_found(Landmarks& out, const std::string& why) {
+  out.status = Status::kNotFound;
+  out.message = why;
+  out.live_from_model = {Mat3::Constant(kNan), Vec3::Constant(kNan)};
+  out.size = kNan;
+  for (Landmark& l : out.points) l = {false, Vec3::Constant(kNan), Mat3::Constant(kNan), 0};
+}
+
+// Two poses that lay the model on one place.
+bool alike(const LandmarkModel& model, const Pose& a, const Pose& b) {
+  double worst = 0;
+  for (const LandmarkPoint& p : model.points) worst = std::max(worst, (a * p.position - b * p.position).norm());
+  return worst < kSame;
+}
+
+// The place of a landmark of all patients: where the others let expect it, moved to the extremum of its kind, each by
+// its covariance (eq. 5).
+Landmark place_of(const Run& run, const Scene& scene, const LandmarkModel& model, const Match& match, std::size_t i) {
+  const LandmarkPoint& p = model.points[i];
+  Landmark out;
+  const Vec3 normal = match.pose.R * p.normal;
+  Vec3 x = match.place(p.position);
+  JetFitter fitter(run, scene.pyramid, 2);
+  const double radius = std::max(0.6 * scene.scale, 2.6 * scene.spacing);
+  const auto hit = scene.nearest.nearest(x, std::max(8.0, 2.5 * p.sigma));
+  if (hit.index < 0) return out;
+  Vec3 at = scene.surface->point(hit.index);
+  const Vec3 there = scene.surface->normal(hit.index);
+  if (!(there.dot(normal) > 0.2)) return out;
+  const JetFitter::Skin skin = fitter.skin(at, there, radius);
+  if (!skin.found) return out;
+  const double thick = skin.variance * scene.noise * scene.noise;
+  Mat3 prior = p.sigma * p.sigma * (Mat3::Identity() - skin.normal * skin.normal.transpose());
+  prior += (std::max(thick, 1e-8)) * skin.normal * skin.normal.transpose();
+  out.found = true;
+  out.position = skin.foot;
+  out.covariance = prior;
+  out.score = match.value[i];
+  if (match.candidate[i] < 0 || !(match.value[i] > kUsed)) return out;
+  const Candidate& c = scene.candidates[static_cast<std::size_t>(match.candidate[i])];
+  Peak peak = polish(run, scene, c.x, c.n, c.sign);
+  if (!peak.found) return out;
+  const double bias = kScaleBias * scene.scale;
+  peak.covariance += bias * bias * (Mat3::Identity() - c.n * c.n.transpose()) + 1e-8 * Mat3::Identity();
+  // In the tangent plane of the extremum; the height is the skin's.
+  const Vec3 e1 = c.n.unitOrthogonal(), e2 = c.n.cross(e1);
+  Eigen::Matrix<double, 2, 3> plane;
+  plane.row(0) = e1.transpose();
+  plane.row(1) = e2.transpose();
+  const Eigen::Matrix2d a = p.sigma * p.sigma * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d b = plane * peak.covariance * plane.transpose();
+  const Vec2 d = plane * (peak.x - x);
+  if (!(d.dot((a + b).inverse() * d) < kOffExtremum * kOffExtremum * 2)) return out;
+  const Eigen::Matrix2d gain = a * (a + b).inverse();
+  const Vec2 back = (Eigen::Matrix2d::Identity() - gain) * -d;
+  at = peak.x + plane.transpose() * back;
+  const JetFitter::Skin foot = fitter.skin(at, c.n, radius);
+  if (!foot.found) return out;
+  out.position = foot.foot;
+  const Eigen::Matrix2d post = gain * b;
+  out.covariance = plane.transpose() * post * plane +
+                   std::max(foot.variance * scene.noise * scene.noise, 1e-8) * foot.normal * foot.normal.transpose();
+  return out;
+}
+
+void note(const std::vector<Match>& matches, std::size_t i, Landmarks& out) {
+  out.score = matches[i].score;
+  out.seen = matches[i].seen;
+  out.matched = matches[i].matched;
+  out.size = matches[i].size;
+  out.live_from_model = matches[i].pose;
+}
+
+void by_constellation(const Run& run, const Scene& scene, const LandmarkModel& model, const std::vector<Match>& matches,
+                      const LocateOptions& options, Landmarks& out) {
+  if (!matches.empty()) note(matches, 0, out);
+  if (matches.empty() || out.score < options.min_score || out.matched < options.min_points) {
+    not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
+                       " places stand out, of " + std::to_string(out.seen) + " landmarks in view " +
+                       std::to_string(out.matched) + " match (score " + rounded(out.score) + ", at least " +
+                       rounded(options.min_score) + " and " + std::to_string(options.min_points) +
+                       " matches are needed)");
+    return;
+  }
+  out.runner_up_score = matches.size() > 1 ? matches[1].score : 0;
+  if (out.runner_up_score > kAmbiguous * out.score) {
+    not_found(out, "the landmarks fit in two ways (scores " + rounded(out.score) + " and " +
+                       rounded(out.runner_up_score) + ")");
+    return;
+  }
+  for (std::size_t i = 0; i < model.points.size(); ++i)
+    out.points[i] = place_of(run, scene, model, matches[0], i);
+}
+
+// A patient's own skin tells the right match: where the patches lie on it.
+void by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const std::vector<Match>& matches,
+                Landmarks& out) {
+  double best = 0, second = 0;
+  std::size_t chosen = 0;
+  Pose pose;
+  for (std::size_t i = 0; i < std::min(matches.size(), kTried); ++i) {
+    const PatchFit fit = fit_patches(run, scene, model, matches[i].pose, kSparse);
+    if (fit.share > best) {
+      // A match that slid onto the same pose is no rival.
+      if (!alike(model, fit.live_from_model, pose)) second = best;
+      best = fit.share, pose = fit.live_from_model, chosen = i;
+    } else if (fit.share > second && !alike(model, fit.live_from_model, pose)) {
+      second = fit.share;
+    }
+  }
+  if (!matches.empty()) note(matches, chosen, out);
+  out.score = best, out.runner_up_score = second;
+  if (best < kSkinFits) {
+    not_found(out, "the reference's skin is not on the surface: " + std::to_string(out.candidates) +
+                       " places stand out, at best " + rounded(best) + " of the skin about the landmarks fits (at least " +
+                       rounded(kSkinFits) + " is needed)");
+    return;
+  }
+  if (second > kAmbiguous * best) {
+    not_found(out, "the skin about the landmarks fits in two ways (scores " + rounded(best) + " and " + rounded(second) + ")");
+    return;
+  }
+  const PatchFit fit = fit_patches(run, scene, model, pose, 1);
+  out.live_from_model = fit.live_from_model;
+  out.size = 1;
+  if (fit.share < kSkinFits || place_by_patches(run, scene, model, fit.live_from_model, out.points) < 3)
+    not_found(out, "the skin about the landmarks is not the reference's");
+}
+
+}  // namespace
+
+Landmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options) {
+  check_model(model);
+  Landmarks out;
+  for (const LandmarkPoint& p : model.points) out.names.push_back(p.name);
+  out.points.resize(model.points.size());
+  const Scene scene = make_scene(run, live, model.scale, options.noise);
+  out.scale = scene.scale;
+  out.noise = scene.noise;
+  out.candidates = static_cast<int>(scene.candidates.size());
+  const std::vector<Match> matches = best_matches(run, scene, model);
+  if (model.patch_spacing > 0) {
+    by_patches(run, scene, model, matches, out);
+  } else {
+    by_constellation(run, scene, model, matches, options, out);
+  }
+  for (Landmark& l : out.points) {
+    if (!l.found) l = {false, Vec3::Constant(kNan), Mat3::Constant(kNan), 0};
+  }
+  return out;
+}
+
+}  // namespace sgrt

@@ -1,0 +1,196 @@
+// Point-to-plane steps of patches on the live skin. docs/theory/landmarks.md eq. 9-11.
+#include "shape/patches.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.hpp"
+
+namespace sgrt {
+namespace {
+
+constexpr int kRounds = 12;
+constexpr double kFarthest = 8;     // mm of a patch point from the skin
+constexpr double kBeyond = 0.6;     // of a disc's radius
+constexpr double kTukey = 4;        // sigmas
+constexpr double kMovesApart = 0.03; // mm, sigma of a landmark's own motion against the others
+constexpr double kFits = 0.3;       // mm that shape may have changed
+constexpr double kLeastMet = 0.25;  // of the patch points that must lie on skin
+constexpr double kLeastShare = 0.4; // of a patch that must meet the skin
+
+struct Contact {
+  bool met = false;
+  Vec3 x, n;        // the patch point in the live frame, the skin's normal
+  double r = 0;     // mm, skin above the point
+  double variance;  // mm2, as the sum over all contacts wants it
+  double scatter;   // mm2, of this contact alone
+};
+
+struct Sample {
+  std::size_t landmark;
+  Vec3 y, normal;  // model frame
+};
+
+// Radius of the patches, mm.
+double reach_of(const LandmarkModel& model) {
+  double sum = 0;
+  int count = 0;
+  for (const LandmarkPoint& p : model.points) {
+    if (p.patch.rows() == 0) continue;
+    sum += (p.patch.rowwise() - p.position.transpose()).rowwise().norm().maxCoeff();
+    ++count;
+  }
+  return count > 0 ? sum / count : 1;
+}
+
+std::vector<Contact> contacts(const Run& run, const Scene& scene, const LandmarkModel& model,
+                              const std::vector<Sample>& samples, const Pose& pose) {
+  std::vector<Contact> out(samples.size());
+  const double radius = std::max(2.6 * scene.spacing, 3.0);
+  // A live point counts once, however many discs it lies in: a sample has the area of its share of the patch.
+  const double own = scene.noise > 0 ? scene.noise * scene.noise * scene.surface->correlation_points : 0;
+  // The discs reach beyond the patch, so that the points about it have their say too.
+  const double reach = reach_of(model);
+  const double share = std::pow(scene.spacing / std::max(model.patch_spacing, 1e-3) * reach / (reach + kBeyond * radius), 2);
+  parallel_for(
+      run, static_cast<std::int64_t>(samples.size()), 64,
+      [&](std::int64_t begin, std::int64_t end) {
+        JetFitter fitter(run, scene.pyramid, 2);
+        for (std::int64_t i = begin; i < end; ++i) {
+          const auto k = static_cast<std::size_t>(i);
+          Contact& c = out[k];
+          c.x = pose * samples[k].y;
+          const JetFitter::Skin skin = fitter.skin(c.x, pose.R * samples[k].normal, radius);
+          if (!skin.found || (skin.foot - c.x).norm() > kFarthest) continue;
+          c.met = true;
+          c.n = skin.normal;
+          c.r = skin.normal.dot(skin.foot - c.x);
+          const double reference = model.patch_sigma * model.patch_sigma + 1e-6;
+          c.variance = own * std::max(share, skin.variance) + reference;
+          c.scatter = own * skin.variance + reference;
+        }
+      },
+      "landmarks: patches");
+  return out;
+}
+
+double scale_of(const std::vector<Contact>& contacts) {
+  std::vector<double> z;
+  z.reserve(contacts.size());
+  for (const Contact& c : contacts) {
+    if (c.met) z.push_back(std::abs(c.r) / std::sqrt(c.variance));
+  }
+  if (z.empty()) return 1;
+  std::nth_element(z.begin(), z.begin() + static_cast<std::ptrdiff_t>(z.size() / 2), z.end());
+  return std::max(1.0, 1.4826 * z[z.size() / 2]);
+}
+
+double tukey(double u) {
+  return std::abs(u) < kTukey ? std::pow(1 - u * u / (kTukey * kTukey), 2) : 0;
+}
+
+std::vector<Sample> samples_of(const LandmarkModel& model, std::size_t stride) {
+  std::vector<Sample> samples;
+  for (std::size_t i = 0; i < model.points.size(); ++i) {
+    const LandmarkPoint& p = model.points[i];
+    for (Eigen::Index k = 0; k < p.patch.rows(); k += static_cast<Eigen::Index>(stride))
+      samples.push_back({i, p.patch.row(k).transpose(), p.normal});
+  }
+  return samples;
+}
+
+// The normal equations of a small motion about the pivot: rotation, then translation.
+struct System {
+  Mat6 information = Mat6::Zero();
+  Vec6 gradient = Vec6::Zero();
+  double scale = 1;  // of the residuals over their own sigma
+};
+
+double weight_of(const Contact& c, double scale) {
+  return c.met ? tukey(c.r / (scale * std::sqrt(c.variance))) : 0;
+}
+
+System system_of(const std::vector<Contact>& contacts, const Vec3& pivot) {
+  System s;
+  s.scale = scale_of(contacts);
+  for (const Contact& c : contacts) {
+    if (!c.met) continue;
+    Vec6 j;
+    j << (c.x - pivot).cross(c.n), c.n;
+    const double w = weight_of(c, s.scale) / (s.scale * s.scale * c.variance);
+    s.information.noalias() += w * j * j.transpose();
+    s.gradient += w * c.r * j;
+  }
+  return s;
+}
+
+}  // namespace
+
+PatchFit fit_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
+                     std::size_t stride) {
+  PatchFit out{live_from_model, 0};
+  const std::vector<Sample> samples = samples_of(model, stride);
+  std::vector<Contact> met;
+  for (int round = 0; round <= kRounds; ++round) {
+    met = contacts(run, scene, model, samples, out.live_from_model);
+    if (round == kRounds) break;
+    const Vec3 pivot = out.live_from_model * model.points[0].position;
+    const System s = system_of(met, pivot);
+    const Eigen::LDLT<Mat6> ldlt(s.information);
+    if (!(ldlt.vectorD().minCoeff() > 0)) return out;
+    Vec6 step = ldlt.solve(s.gradient);
+    if (step.tail<3>().norm() > 5) step *= 5 / step.tail<3>().norm();
+    const Mat3 R = so3_exp(step.head<3>());
+    out.live_from_model = Pose{R, pivot - R * pivot + step.tail<3>()} * out.live_from_model;
+    if (step.head<3>().norm() < 1e-6 && step.tail<3>().norm() < 1e-4) break;
+  }
+  double all = 0, good = 0;
+  for (const Contact& c : met) {
+    if (!c.met) continue;
+    ++all;
+    const double u = c.r / (3 * std::sqrt(c.scatter) + kFits);
+    good += std::max(0.0, 1 - u * u);
+  }
+  out.share = good / std::max(all, kLeastMet * static_cast<double>(samples.size()));
+  return out;
+}
+
+int place_by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& pose,
+                     std::vector<Landmark>& points) {
+  const std::vector<Sample> samples = samples_of(model, 1);
+  const std::vector<Contact> met = contacts(run, scene, model, samples, pose);
+  const Vec3 pivot = pose * model.points[0].position;
+  const System system = system_of(met, pivot);
+  const Mat6 covariance = system.information.inverse();
+  int found = 0;
+  for (std::size_t i = 0; i < model.points.size(); ++i) {
+    // Its own motion: what its patch says, held to the pose of all.
+    Mat3 A = Mat3::Identity() / (kMovesApart * kMovesApart);
+    Vec3 b = Vec3::Zero();
+    double all = 0, good = 0;
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      if (samples[k].landmark != i) continue;
+      ++all;
+      const double weight = weight_of(met[k], system.scale);
+      if (!(weight > 0)) continue;
+      good += weight;
+      const double w = weight / (system.scale * system.scale * met[k].variance);
+      A.noalias() += w * met[k].n * met[k].n.transpose();
+      b += w * met[k].r * met[k].n;
+    }
+    Landmark& out = points[i];
+    out.found = all > 0 && good > kLeastShare * all;
+    if (!out.found) continue;
+    ++found;
+    const Vec3 x = pose * model.points[i].position;
+    out.position = x + A.ldlt().solve(b);
+    Eigen::Matrix<double, 3, 6> J;
+    J << -skew(x - pivot), Mat3::Identity();
+    const double own = model.points[i].sigma;
+    out.covariance = Mat3(A.inverse()) + Mat3(J * covariance * J.transpose()) + own * own * Mat3::Identity();
+    out.score = good / all;
+  }
+  return found;
+}
+
+}  // namespace sgrt

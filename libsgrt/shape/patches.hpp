@@ -1,0 +1,26 @@
+// A patient's own landmarks carry a patch of skin each: all patches together give the pose, each by itself how far its
+// landmark has moved against the others. docs/theory/landmarks.md eq. 9-11.
+#pragma once
+
+#include <vector>
+
+#include "core/geometry.hpp"
+#include "shape/locate.hpp"
+#include "shape/scene.hpp"
+
+namespace sgrt {
+
+// How well the patches lie on the skin: the share of those that lie there at all that do so within their noise.
+struct PatchFit {
+  Pose live_from_model;
+  double share = 0;   // 0 to 1; 0 where too few lie on skin
+};
+// Improves live_from_model by every stride-th patch point.
+PatchFit fit_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
+                     std::size_t stride);
+
+// Position, covariance and found of each landmark whose patch meets the live skin at a pose that fits. Returns how many.
+int place_by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
+                     std::vector<Landmark>& points);
+
+}  // namespace sgrt

@@ -1,0 +1,116 @@
+// Curvature at a scale, candidates, and the place of an extremum. docs/theory/landmarks.md eq. 1-5.
+#include "shape/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace sgrt {
+namespace {
+
+constexpr double kWanted = 0.012;         // 1/mm, sigma of H
+constexpr double kWidest = 12;            // mm
+constexpr double kStandsOut = 2.5;        // sigmas of persistence
+constexpr std::size_t kMostCandidates = 40;  // of each sign
+constexpr double kAbout = 0.75;           // of the quadric through the curvature, over the scale
+constexpr double kGradient = 1.25;        // sigma of H's gradient times the scale, over sigma of H (eq. 5)
+
+}  // namespace
+
+Scene make_scene(const Run& run, const Surface& surface, double scale, double noise) {
+  Surface own;
+  const Surface* used = &surface;
+  if (noise > 0) {
+    own = surface;
+    own.sigma = Eigen::VectorXd::Constant(surface.size(), noise);
+    own.covariance.resize(0, 6);
+    used = &own;
+  }
+  const Grain grain = grain_of(run, *used);
+  if (!(grain.spacing > 0)) fail(Status::kInsufficientData, "the surface has too few points for landmarks");
+  Scene s{&surface, grain.spacing, grain.noise, scale, {}, {}, Nearest(surface.points), {}};
+  const double sigma = grain.noise > 0 ? grain.noise * std::sqrt(surface.correlation_points) : 0;
+  s.scale = std::max({scale, 2.6 * grain.spacing, std::min(kWidest, std::cbrt(3.91 * sigma * grain.spacing / kWanted))});
+  CurvatureOptions o;
+  o.radius = s.scale;
+  o.max_sigma = 1;
+  o.noise = noise;
+  s.field = surface_curvature(run, surface, o);
+  s.pyramid = make_pyramid(surface, grain.spacing);
+  std::size_t count[2] = {0, 0};
+  for (const Extremum& e : extrema(run, surface, s.field, kStandsOut)) {
+    if (++count[e.sign > 0] > kMostCandidates) continue;
+    const std::int64_t i = e.row;
+    s.candidates.push_back({surface.point(i), s.field.normals.row(i).transpose(), e.sign, s.field.k1[i], s.field.k2[i],
+                            s.field.mean[i], s.field.sigma_mean[i], e.persistence});
+  }
+  return s;
+}
+
+Peak polish(const Run& run, const Scene& scene, const Vec3& x, const Vec3& normal, int sign) {
+  Peak peak;
+  const double reach = kAbout * scene.scale;
+  const Vec3 e1 = normal.unitOrthogonal(), e2 = normal.cross(e1);
+  Vec3 at = x;
+  Eigen::Matrix2d Q;
+  double sigma = 0;
+  for (int round = 0; round < 4; ++round) {
+    std::vector<Nearest::Hit> hits(512);
+    const int n = scene.nearest.neighbours(at, static_cast<int>(hits.size()), reach, hits.data());
+    Mat6 M = Mat6::Zero();
+    Vec6 g = Vec6::Zero();
+    int count = 0;
+    sigma = 0;
+    for (int k = 0; k < n; ++k) {
+      const std::int64_t i = hits[static_cast<std::size_t>(k)].index;
+      if (scene.field.reason[static_cast<std::size_t>(i)] != 0 || scene.field.normals.row(i).dot(normal) < 0.2) continue;
+      const Vec3 d = (scene.surface->point(i) - at) / reach;
+      const double u = d.dot(e1), v = d.dot(e2);
+      Vec6 row;
+      row << 1, u, v, 0.5 * u * u, u * v, 0.5 * v * v;
+      const double w = std::max(0.0, 1 - u * u - v * v);
+      M.noalias() += w * row * row.transpose();
+      g += w * sign * scene.field.mean[i] * row;
+      sigma += scene.field.sigma_mean[i];
+      ++count;
+    }
+    if (count < 8) return peak;
+    sigma /= count;
+    const Eigen::LDLT<Mat6> ldlt(M);
+    if (!(ldlt.vectorD().minCoeff() > 1e-6 * ldlt.vectorD().maxCoeff())) return peak;
+    const Vec6 c = ldlt.solve(g);
+    Q << c[3], c[4], c[4], c[5];
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(Q);
+    // Along a valley H hardly changes: no further than where it was found.
+    Vec2 step = Vec2::Zero();
+    for (int k = 0; k < 2; ++k) {
+      const Vec2 axis = eigen.eigenvectors().col(k);
+      const double bend = -eigen.eigenvalues()[k], slope = axis.dot(Vec2(c[1], c[2]));
+      step += std::clamp(slope / std::max(bend, 0.02 * std::abs(c[0]) + 1e-12), -0.5, 0.5) * axis;
+    }
+    if (round == 0 && !(eigen.eigenvalues()[0] < 0)) return peak;
+    at += reach * (step[0] * e1 + step[1] * e2);
+    if ((at - x).norm() > 1.5 * reach) return peak;
+    const JetFitter::Skin skin = JetFitter(run, scene.pyramid, 2).skin(at, normal, std::max(0.6 * scene.scale, 2.5 * scene.spacing));
+    if (!skin.found) return peak;
+    at = skin.foot;
+    peak.covariance = skin.variance * scene.noise * scene.noise * normal * normal.transpose();
+    if (step.norm() < 1e-3) break;
+  }
+  // Position from curvature: covariance Q^-1 s^2 Q^-1 of a gradient with sigma s, none better than the scale allows.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(Q / (reach * reach));
+  for (int k = 0; k < 2; ++k) {
+    const Vec2 axis = eigen.eigenvectors().col(k);
+    const Vec3 direction = axis[0] * e1 + axis[1] * e2;
+    const double bend = std::max(-eigen.eigenvalues()[k], 1e-6);
+    const double s = std::min(kGradient * sigma / scene.scale / bend, 2 * scene.scale);
+    peak.covariance += s * s * direction * direction.transpose();
+  }
+  if (!(scene.noise > 0)) peak.covariance += 1e-12 * Mat3::Identity();
+  peak.x = at;
+  peak.found = true;
+  return peak;
+}
+
+}  // namespace sgrt

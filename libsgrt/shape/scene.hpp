@@ -1,0 +1,42 @@
+// A surface as landmarks see it: curvature at one scale and the places that stand out.
+#pragma once
+
+#include <vector>
+
+#include "core/nearest.hpp"
+#include "shape/curvature.hpp"
+#include "shape/extrema.hpp"
+#include "shape/jet.hpp"
+
+namespace sgrt {
+
+struct Candidate {
+  Vec3 x, n;
+  int sign;
+  double k1, k2, mean, sigma;  // sigma: of the mean curvature
+  double persistence;
+};
+
+struct Scene {
+  const Surface* surface;
+  double spacing, noise, scale;  // mm
+  CurvatureField field;
+  Pyramid pyramid;
+  Nearest nearest;  // of all points
+  std::vector<Candidate> candidates;
+};
+
+// scale: the least radius of the curvature; it is widened until the noise leaves a sigma of kWanted. noise: 0 for the
+// surface's own or what is measured.
+Scene make_scene(const Run& run, const Surface& surface, double scale, double noise);
+
+// The extremum of sign * H near x, by a quadric through the curvature about it; covariance of the noise. found: false
+// where there is no extremum within reach.
+struct Peak {
+  bool found = false;
+  Vec3 x;
+  Mat3 covariance;
+};
+Peak polish(const Run& run, const Scene& scene, const Vec3& x, const Vec3& normal, int sign);
+
+}  // namespace sgrt
