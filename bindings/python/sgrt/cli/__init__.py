@@ -13,6 +13,8 @@ from ..errors import Error
 from . import advise, calibrate, calibrate_room, check, evaluate, fit, reference, register, stereo, track
 from . import (
     calibrate,
+    calibrate_laser,
+    calibrate_room,
     calibrate_room,
     check,
     curvature,
@@ -23,6 +25,7 @@ from . import (
     fit,
     fuse,
     landmarks,
+    laser,
     reference,
     register,
     stereo,
@@ -48,6 +51,10 @@ def group() -> None:
 
 
 calibrate.command.add_command(calibrate_room.command)
+calibrate.command.add_command(calibrate_laser.command)
+group.add_command(calibrate.command)
+group.add_command(stereo.command)
+group.add_command(laser.command)
 calibrate.command.add_command(calibrate_tof.command)
 group.add_command(calibrate.command)
 group.add_command(stereo.command)

@@ -21,12 +21,15 @@ from .poses import PoseTrack, read_poses, write_poses
 from .registration import read_pose, registration_document, write_registration
 from .rig import read_rig, write_rig
 from .roi import read_roi, write_roi
+from .scan import Scan, ScanFrame, read_scan, write_scan
 from .tof import TofFrames, read_pixel_offset, read_tof, write_pixel_offset, write_tof
 
 __all__ = [
     "Capture",
     "LandmarkSet",
     "PoseTrack",
+    "Scan",
+    "ScanFrame",
     "TofFrames",
     "landmarks_align",
     "landmarks_document",
@@ -41,6 +44,7 @@ __all__ = [
     "read_poses",
     "read_rig",
     "read_roi",
+    "read_scan",
     "read_surface",
     "read_tof",
     "registration_document",
@@ -54,6 +58,7 @@ __all__ = [
     "write_registration",
     "write_rig",
     "write_roi",
+    "write_scan",
     "write_surface",
     "write_tof",
 ]
