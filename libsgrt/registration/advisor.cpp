@@ -171,7 +171,8 @@ Found propose(const Run& run, const Adviser& adviser, double most_share) {
       run, kGrid * kGrid, 1,
       [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t i = begin; i < end; ++i) {
-          const Vec2 at(static_cast<double>(i % kGrid) + 0.5, static_cast<double>(i / kGrid) + 0.5);
+          const std::int64_t row = i / kGrid, column = i % kGrid;
+          const Vec2 at(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
           Found& f = all[static_cast<std::size_t>(i)];
           f.ellipse = {low + side.cwiseProduct(at) / kGrid, radius, radius, 0};
           f.forecast = adviser.forecast(roi_of(f.ellipse));
