@@ -542,9 +542,10 @@ typedef struct sgrt_stereo_options {
   int32_t min_component;   /* groups of fewer connected points are rejected as ambiguous; default 30 */
   double volume_min_mm[3]; /* working volume, room axes; it decides the search range. Default -infinity ... */
   double volume_max_mm[3]; /* ... +infinity: wherever both cameras see */
-  double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.8 */
+  double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.6 */
   double max_left_right_px; /* left-right check; default 0.5 */
-  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.1 */
+  double max_sigma_px;     /* matches with a larger predicted sigma are left out; default 0.1 (metrology). 1 covers weakly
+                              textured skin and edges too, each point with its sigma */
   double max_epipolar_px;  /* off the epipolar lines by more (RMS), the rig is out of calibration; default 0.1 */
 } sgrt_stereo_options;
 SGRT_API sgrt_status sgrt_stereo_options_init(sgrt_stereo_options *options, size_t size);
@@ -622,6 +623,154 @@ SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
 
+/* -------------------------------------------------------------------------------------------------------- stripe */
+
+/* The centre of a laser stripe in each line of an image. */
+typedef struct sgrt_stripe sgrt_stripe;
+
+enum {
+  SGRT_STRIPE_CENTROID = 0, /* grey centroid over the local background: fastest */
+  SGRT_STRIPE_GAUSSIAN = 1, /* least-squares Gaussian: nearest to what the noise allows */
+  SGRT_STRIPE_RIDGE = 2     /* Steger's ridge of the smoothed image: for weak stripes; rounds bends */
+};
+
+typedef struct sgrt_stripe_options {
+  uint32_t struct_size;
+  int32_t method;       /* SGRT_STRIPE_...; default SGRT_STRIPE_GAUSSIAN */
+  int32_t columns;      /* 1: lines are columns (a stripe that runs across), 0: rows; default 0. A sweep chooses by itself */
+  int32_t min_length;   /* lines; shorter pieces of a stripe are rejected as ambiguous, 1 to 1000; default 5 */
+  double half_width_px; /* of the centroid's window, 2 to 100; 0: from the stripe's own width; default 0 */
+  double min_signal;    /* grey levels of a peak over its background; default 0: 6 times the noise, at least 2 levels of an integer image */
+  double noise;         /* grey levels, one sigma of a dark pixel; default 0: from the image */
+  double gain;          /* grey levels an electron; shot noise adds gain x signal to the variance; default 0 */
+  double saturation;    /* grey level from which a pixel is clipped; default 0: the type's largest */
+  double max_asymmetry; /* two-sided width test: (right - left) / (right + left) of the foot about the top; above 0 to 1; default 0.3 */
+} sgrt_stripe_options;
+SGRT_API sgrt_status sgrt_stripe_options_init(sgrt_stripe_options *options, size_t size);
+
+/* Finds the stripe in each line (docs/theory/laser.md eq. 1-9). Of several candidates in a line the one of the strongest continuous
+ * piece of the right width is taken; where two are alike the line is ambiguous.
+ * image: H x W, u8, u16 or f32. dark: the same without laser, may be NULL (then the local background is taken off). options may be NULL.
+ * *result is written for SGRT_OK and SGRT_E_NOT_FOUND; free with sgrt_stripe_free.
+ * SGRT_E_INVALID_ARGUMENT  shape, dtype, a dark frame of another size or type, an option out of range
+ * SGRT_E_NOT_FOUND         no stripe in any line; the reasons are in the result
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_stripe_extract(sgrt_context *context, const sgrt_view *image, const sgrt_view *dark,
+                                         const sgrt_stripe_options *options, sgrt_stripe **result);
+SGRT_API void sgrt_stripe_free(sgrt_stripe *result);
+
+typedef struct sgrt_stripe_info {
+  uint32_t struct_size;
+  int32_t line_count;
+  int64_t found_count;
+  int64_t reason_count[16]; /* lines by SGRT_REASON_...: OUT_OF_VIEW its flanks leave the image, NO_TEXTURE no stripe, SATURATED,
+                               NO_MATCH no centre, AMBIGUOUS, EDGE the two half widths differ */
+  double noise;             /* grey levels, one sigma of a pixel */
+  double fit_scale;         /* residuals of the Gaussian fits over the noise, at least 1; it is in the sigmas */
+  double median_sigma_px;
+} sgrt_stripe_info;
+SGRT_API sgrt_status sgrt_stripe_summary(const sgrt_stripe *result, sgrt_stripe_info *info);
+
+enum {
+  SGRT_STRIPE_CENTRE = 1,    /* f64, N: px along the line; NaN where absent */
+  SGRT_STRIPE_SIGMA = 2,     /* f32, N: px, one sigma of the centre */
+  SGRT_STRIPE_SIGNAL = 3,    /* f32, N: grey levels of the peak over its background */
+  SGRT_STRIPE_WIDTH = 4,     /* f32, N: px, sigma of the profile along the line */
+  SGRT_STRIPE_ASYMMETRY = 5, /* f32, N: of the profile's foot about its top, (right - left) / (right + left) */
+  SGRT_STRIPE_REASON = 6     /* u8, N: SGRT_REASON_... */
+};
+SGRT_API sgrt_status sgrt_stripe_array(const sgrt_stripe *result, int32_t field, sgrt_view *view);
+
+/* --------------------------------------------------------------------------------------------------------- laser */
+
+/* Surface of a body from the sweep of a laser fan by a motor mirror (docs/theory/laser.md). */
+typedef struct sgrt_laser sgrt_laser;
+
+/* The light plane of a laser unit at a mirror reading: plane[0..2] . x = plane[3], room, mm, the first three of unit length.
+ * SGRT_E_INVALID_ARGUMENT  unknown laser_id. SGRT_E_FORMAT  its entry in the rig is malformed. since 0.1 */
+SGRT_API sgrt_status sgrt_laser_plane(const sgrt_rig *rig, const char *laser_id, double angle_rad, double plane[4]);
+
+typedef struct sgrt_laser_options {
+  uint32_t struct_size;
+  int32_t reserved;
+  double angle_sigma_rad;  /* one sigma of a mirror reading, 0 to 1; default 0 */
+  double volume_min_mm[3]; /* working volume, room axes; default -infinity ... */
+  double volume_max_mm[3]; /* ... +infinity */
+  double reference_time_s; /* with a pose track: the instant that the surface shows; default NaN: that of the first frame */
+} sgrt_laser_options;
+SGRT_API sgrt_status sgrt_laser_options_init(sgrt_laser_options *options, size_t size);
+
+/* A whole sweep: images: F x H x W, u8, u16 or f32, of the size that the rig states for the laser's camera; dark: H x W of the same type, may
+ * be NULL. angle_rad: F mirror readings, in any order, none twice. time_s: F, not decreasing; may be NULL (all 0).
+ * track_time_s, room_from_body: N and N x 4 x 4, a body's poses over the time of the frames: each column is moved to where the body was
+ * at reference_time_s (eq. 15); both NULL: it lay still. stripe and options may be NULL.
+ * The surface is organised: a row a line of the image, a column a reading, increasing; with normals, covariance (pixel and reading) and,
+ * where the rig states its uncertainty, shared error modes (lens, pose, fan, mirror).
+ * *result is written for SGRT_OK and for 10-19; free with sgrt_laser_free.
+ * SGRT_E_INVALID_ARGUMENT   unknown laser, image size or dtype, a reading that stands twice, a time that runs backwards or that the track
+ *                           does not cover
+ * SGRT_E_INSUFFICIENT_DATA  no frame
+ * SGRT_E_NOT_FOUND          no stripe in any frame, or no point in the working volume
+ * SGRT_E_DEGENERATE         the light plane is parallel to the rays of the stripe or behind the camera
+ * SGRT_E_FORMAT             the laser's entry in the rig is malformed
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_laser_sweep(sgrt_context *context, const sgrt_rig *rig, const char *laser_id, const sgrt_view *images,
+                                      const sgrt_view *dark, const sgrt_view *angle_rad, const sgrt_view *time_s,
+                                      const sgrt_view *track_time_s, const sgrt_view *room_from_body,
+                                      const sgrt_stripe_options *stripe, const sgrt_laser_options *options,
+                                      sgrt_laser **result);
+SGRT_API void sgrt_laser_free(sgrt_laser *result);
+
+typedef struct sgrt_laser_info {
+  uint32_t struct_size;
+  int32_t width, height;    /* of the grid: readings, lines */
+  int32_t columns;          /* 1: a line is a column of the image, 0: a row */
+  int64_t point_count;
+  int64_t reason_count[16]; /* grid points by SGRT_REASON_... as in sgrt_stripe_info; NO_MATCH also: the ray does not meet the plane */
+  double median_sigma_px;   /* predicted one sigma of a stripe's centre */
+  double median_sigma_mm;   /* ... of a point along its normal, by noise alone */
+  double reference_time_s;
+} sgrt_laser_info;
+SGRT_API sgrt_status sgrt_laser_summary(const sgrt_laser *result, sgrt_laser_info *info);
+
+enum {
+  SGRT_LASER_REASON = 1,    /* u8, H x W, SGRT_REASON_... */
+  SGRT_LASER_STRIPE_PX = 2, /* f64, H x W: the stripe's centre along the line */
+  SGRT_LASER_SIGMA_PX = 3,  /* f32, H x W */
+  SGRT_LASER_ANGLE = 4,     /* f64, W: reading of each column, rad */
+  SGRT_LASER_TIME = 5       /* f64, W: s */
+};
+SGRT_API sgrt_status sgrt_laser_array(const sgrt_laser *result, int32_t field, sgrt_view *view);
+/* A new surface handle on the grid; shares memory, free both. SGRT_E_NOT_FOUND  the result has no point. since 0.1 */
+SGRT_API sgrt_status sgrt_laser_surface(const sgrt_laser *result, sgrt_surface **surface);
+
+/* Session: the frames of a sweep one by one, as they come. One thread at a time. */
+typedef struct sgrt_laser_session sgrt_laser_session;
+SGRT_API sgrt_status sgrt_laser_session_create(sgrt_context *context, const sgrt_rig *rig, const char *laser_id,
+                                               const sgrt_stripe_options *stripe, const sgrt_laser_options *options,
+                                               sgrt_laser_session **session);
+typedef struct sgrt_laser_column {
+  uint32_t struct_size;
+  int32_t reserved;
+  int64_t stripe_count; /* lines with a stripe */
+  int64_t point_count;  /* ... that became a point */
+} sgrt_laser_column;
+/* column may be NULL. A frame without a stripe is no error. Errors as sgrt_laser_sweep; the session can go on without the frame. since 0.1 */
+SGRT_API sgrt_status sgrt_laser_session_push(sgrt_context *context, sgrt_laser_session *session, const sgrt_view *image,
+                                             const sgrt_view *dark, double angle_rad, double time_s, sgrt_laser_column *column);
+/* The surface of what was pushed so far; the session can go on. Errors and *result as sgrt_laser_sweep. since 0.1 */
+SGRT_API sgrt_status sgrt_laser_session_finish(sgrt_context *context, const sgrt_laser_session *session,
+                                               const sgrt_view *track_time_s, const sgrt_view *room_from_body, sgrt_laser **result);
+SGRT_API void sgrt_laser_session_free(sgrt_laser_session *session);
+
+/* Breathing from one stripe: where the line through point_mm along `axis` (the beam's, unit length, outward positive) meets the skin,
+ * *signal_mm from point_mm along the axis, from the stripe's points within radius_mm of the line (eq. 17). sigma_mm may be NULL.
+ * SGRT_E_NOT_FOUND  no stripe, or it does not pass there on both sides of the line; *signal_mm is NaN
+ * SGRT_E_DEGENERATE the axis is at right angles to the light plane; else as sgrt_laser_sweep. since 0.1 */
+SGRT_API sgrt_status sgrt_laser_signal(sgrt_context *context, const sgrt_rig *rig, const char *laser_id, const sgrt_view *image,
+                                       const sgrt_view *dark, double angle_rad, const sgrt_stripe_options *stripe,
+                                       const double point_mm[3], const double axis[3], double radius_mm, double *signal_mm,
+                                       double *sigma_mm);
 /* ----------------------------------------------------------------------------------------------------------- tof */
 
 /* What a time-of-flight camera measured: a frame of H x W pixels. */
@@ -1855,6 +2004,30 @@ SGRT_API sgrt_status sgrt_calibration_check(sgrt_context *context, const sgrt_ri
 SGRT_API sgrt_status sgrt_calibration_room(sgrt_context *context, const sgrt_rig *const *rigs, int32_t count,
                                            const sgrt_calibration_data *data, const sgrt_calibration_options *options,
                                            sgrt_calibration **result);
+/* Centres of a laser's stripe in images of a board; with the corners in sgrt_calibration_data. */
+typedef struct sgrt_laser_stripes {
+  uint32_t struct_size;
+  int32_t fixed;       /* 1: a laser without a mirror: one light plane, the readings do not matter; default 0 */
+  sgrt_view placement; /* S i32: of the board, as in sgrt_calibration_data */
+  sgrt_view angle_rad; /* S: mirror reading */
+  sgrt_view pixels;    /* S x 2 */
+  sgrt_view sigma_px;  /* S: one sigma along the line on which the centre was found */
+} sgrt_laser_stripes;
+SGRT_API sgrt_status sgrt_laser_stripes_init(sgrt_laser_stripes *stripes, size_t size);
+
+/* Calibrates a laser unit: fan, mirror axis, offset and angle scale in one solve with the board's placements (docs/theory/laser.md eq.
+ * 18-22). data: one camera of the rig, the laser's; its lens stays as it is. Stripe centres off the board do not count. A laser of this id
+ * in the rig is the start, else one is found. The result's rig holds the laser in the gauge of docs/formats.md and its covariance in the
+ * modes; the report says what the sweep does not fix. SGRT_CALIBRATION_CORNERS are the stripe's centres (point -1, the residual along x
+ * in px), SGRT_CALIBRATION_COVARIANCE that of the unit's parameters. Of the options max_iterations, outlier_sigma and noise_px (of a
+ * corner) count.
+ * SGRT_E_INVALID_ARGUMENT   more than one camera, one that is not in the rig, shape, range
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 50 centres on the board, one mirror reading
+ * SGRT_E_DEGENERATE         the board stood in one place only, or the light plane does not turn
+ * SGRT_E_CANCELLED. since 0.1 */
+SGRT_API sgrt_status sgrt_calibration_laser(sgrt_context *context, const sgrt_rig *rig, const char *laser_id,
+                                            const sgrt_calibration_data *data, const sgrt_laser_stripes *stripes,
+                                            const sgrt_calibration_options *options, sgrt_calibration **result);
 
 typedef struct sgrt_calibration_tof_options {
   uint32_t struct_size;

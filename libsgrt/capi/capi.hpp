@@ -119,7 +119,7 @@ struct sgrt_landmark_model {
 };
 
 struct sgrt_landmarks {
-  sgrt::Landmarks landmarks;
+  sgrt::LocatedLandmarks landmarks;
   std::vector<double> positions, covariance, scores;
 };
 

@@ -232,6 +232,7 @@ void register_roi(py::module_& m);
 void register_frame(py::module_& m);
 void register_rig(py::module_& m);
 void register_stereo(py::module_& m);
+void register_laser(py::module_& m);
 void register_tof(py::module_& m);
 void register_nurbs(py::module_& m);
 void register_nurbs_fit(py::module_& m);

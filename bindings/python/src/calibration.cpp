@@ -208,6 +208,35 @@ Calibration room(const std::vector<const Rig*>& rigs, const Cameras& cameras, co
   return unpack(std::move(handle));
 }
 
+Calibration laser(const Rig& rig, const std::string& laser_id, const Cameras& cameras, const ArrayLike& points,
+                  const ArrayLike& index, const ArrayLike& pixels, const std::vector<std::string>& placements,
+                  const ArrayLike& stripe_placement, const ArrayLike& stripe_angle_rad, const ArrayLike& stripe_px,
+                  const ArrayLike& stripe_sigma_px, bool half_turn_ambiguous, bool fixed, int32_t max_iterations,
+                  double outlier_sigma, double noise_px, Context* context) {
+  Data data;
+  fill(data, cameras, points, index, pixels, std::nullopt, placements, {}, half_turn_ambiguous);
+  auto options = defaults(sgrt_calibration_options_init);
+  options.max_iterations = max_iterations;
+  options.outlier_sigma = outlier_sigma;
+  options.noise_px = noise_px;
+  const InView placement(stripe_placement, "stripe_placement", Accept::kIndices);
+  const InView angle(stripe_angle_rad, "stripe_angle_rad", Accept::kFloats);
+  const InView at(stripe_px, "stripe_px", Accept::kFloats), sigma(stripe_sigma_px, "stripe_sigma_px", Accept::kFloats);
+  auto stripes = defaults(sgrt_laser_stripes_init);
+  stripes.fixed = fixed ? 1 : 0;
+  stripes.placement = placement.view;
+  stripes.angle_rad = angle.view;
+  stripes.pixels = at.view;
+  stripes.sigma_px = sigma.view;
+  const char* id = c_text(laser_id, "laser_id");
+  CalibrationHandle handle;
+  const Outcome outcome = attempt(context, [&](sgrt_context* c) {
+    return sgrt_calibration_laser(c, rig.handle.get(), id, &data.c, &stripes, &options, out(handle));
+  });
+  if (outcome.status != SGRT_OK) fail_with(outcome, std::move(handle));
+  return unpack(std::move(handle));
+}
+
 Calibration tof(const Rig& rig, const std::string& tof_id, const std::vector<ArrayLike>& taps,
                 const ArrayLike& board_mm, const MaybeArray& room_from_board, const std::optional<Cameras>& cameras,
                 const MaybeArray& points, const MaybeArray& index, const MaybeArray& pixels,
@@ -305,6 +334,17 @@ outlier_sigma: points further off do not count. point_sigma_mm: one sigma of the
 Raises InsufficientData: a rig that sees fewer than 3 points with two cameras. Degenerate: points on a line. NotFound. InvalidArgument.
 C: sgrt_calibration_room)";
 
+constexpr const char* kLaserDoc =
+    R"(Calibrates a laser unit (fan, mirror axis, offset, angle scale) from its stripe on a board. A Calibration whose rig holds the laser.
+
+rig: holds the laser's camera; a laser of this id in it is the start. cameras, points, index, pixels, placements: as of calibration_solve, one
+    camera. stripe_placement: S int32. stripe_angle_rad: S mirror readings. stripe_px: S x 2. stripe_sigma_px: S. fixed: a laser without a
+    mirror. noise_px: one sigma of a corner; 0: what the rig states.
+
+Raises InsufficientData: the stripe hardly crosses the board, or one reading. Degenerate: the board stood in one place only, or the plane
+    does not turn. InvalidArgument. Cancelled.
+C: sgrt_calibration_laser)";
+
 constexpr const char* kTofDoc =
     R"(The range error of a time-of-flight camera from a flat board at known poses: a Calibration whose rig holds the corrections.
 
@@ -393,6 +433,12 @@ void register_calibration(py::module_& m) {
         py::arg("pixels"), py::kw_only(), py::arg("rig_id") = none, py::arg("outlier_sigma") = o.outlier_sigma,
         py::arg("point_sigma_mm") = o.point_sigma_mm, py::arg("noise_px") = o.noise_px, py::arg("context") = none,
         kRoomDoc);
+  m.def("calibration_laser", &laser, py::arg("rig"), py::arg("laser_id"), py::arg("cameras"), py::arg("points"),
+        py::arg("index"), py::arg("pixels"), py::kw_only(), py::arg("placements"), py::arg("stripe_placement"),
+        py::arg("stripe_angle_rad"), py::arg("stripe_px"), py::arg("stripe_sigma_px"),
+        py::arg("half_turn_ambiguous") = false, py::arg("fixed") = false, py::arg("max_iterations") = o.max_iterations,
+        py::arg("outlier_sigma") = o.outlier_sigma, py::arg("noise_px") = o.noise_px, py::arg("context") = none,
+        kLaserDoc);
   const auto t = defaults(sgrt_calibration_tof_options_init);
   const auto sensor = defaults(sgrt_tof_options_init);
   m.def("calibration_tof", &tof, py::arg("rig"), py::arg("tof_id"), py::arg("taps"), py::kw_only(), py::arg("board_mm"),

@@ -12,6 +12,7 @@ PYBIND11_MODULE(_core, m) {
   register_frame(m);
   register_rig(m);
   register_stereo(m);
+  register_laser(m);
   register_tof(m);
   register_nurbs(m);
   register_nurbs_fit(m);

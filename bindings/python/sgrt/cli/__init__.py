@@ -10,15 +10,25 @@ import click
 
 from .. import __version__
 from ..errors import Error
+from . import advise, calibrate, calibrate_room, check, evaluate, fit, reference, register, stereo, track
 from . import (
     calibrate,
+    calibrate_laser,
     calibrate_room,
+    calibrate_room,
+    check,
+    curvature,
     calibrate_tof,
     check,
     evaluate,
     filter,
     fit,
     fuse,
+    landmarks,
+    laser,
+    reference,
+    register,
+    stereo,
     reference,
     register,
     stereo,
@@ -41,6 +51,10 @@ def group() -> None:
 
 
 calibrate.command.add_command(calibrate_room.command)
+calibrate.command.add_command(calibrate_laser.command)
+group.add_command(calibrate.command)
+group.add_command(stereo.command)
+group.add_command(laser.command)
 calibrate.command.add_command(calibrate_tof.command)
 group.add_command(calibrate.command)
 group.add_command(stereo.command)
@@ -49,7 +63,10 @@ group.add_command(fuse.command)
 group.add_command(filter.command)
 group.add_command(fit.command)
 group.add_command(evaluate.command)
+group.add_command(curvature.command)
+group.add_command(landmarks.command)
 group.add_command(register.command)
+group.add_command(advise.command)
 group.add_command(check.command)
 group.add_command(reference.group)
 group.add_command(track.command)

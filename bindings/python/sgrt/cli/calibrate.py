@@ -111,7 +111,7 @@ def _check(boards: Boards, rig: Rig, rig_file: Path, threads: int) -> Calibratio
 @click.group(
     "calibrate",
     invoke_without_command=True,
-    subcommand_metavar="[room ... | tof ...]",
+    subcommand_metavar="[room|laser|tof ...]",
     epilog="\b\nExample: sgrt calibrate --board chessboard:11x8:30 --camera left=im/left --camera right=im/right"
     " --pair pod1=left,right --out rig.json\n\b\nCheck:   sgrt calibrate --check rig.json --board chessboard:11x8:30"
     " --camera left=new/left --camera right=new/right",

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from .bodies import head, torso
 from .camera import Camera
 from .checks import Array
+from .laser import Mirror, Scanner, Stripe, board_corners, board_stripe, default_mirror
 from .pattern import Projector, speckles
 from .phantom import Blob, Phantom
 from .pose import displacement, random_displacement
@@ -24,10 +25,16 @@ __all__ = [
     "Blob",
     "Camera",
     "Match",
+    "Mirror",
     "Phantom",
     "Projector",
     "Room",
+    "Scanner",
     "Sensor",
+    "Stripe",
+    "board_corners",
+    "board_stripe",
+    "default_mirror",
     "displacement",
     "distance",
     "head",

@@ -1,0 +1,80 @@
+#include "laser/lines.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace sgrt {
+namespace {
+
+ImageView turned(ImageView v) {
+  std::swap(v.height, v.width);
+  std::swap(v.row_stride, v.column_stride);
+  return v;
+}
+
+template <class T>
+void read_line(const ImageView& v, float clip, int line, int from, int n, float* out) {
+  const char* p = static_cast<const char*>(v.data) + line * v.row_stride + from * v.column_stride;
+  for (int i = 0; i < n; ++i, p += v.column_stride) {
+    const float value = static_cast<float>(*reinterpret_cast<const T*>(p));
+    out[i] = value < clip && value < Lines::kClipped ? value : Lines::kClipped;  // NaN counts as clipped
+  }
+}
+
+void read_any(const ImageView& v, float clip, int line, int from, int n, float* out) {
+  if (v.type == ImageView::Type::kU8) return read_line<std::uint8_t>(v, clip, line, from, n, out);
+  if (v.type == ImageView::Type::kU16) return read_line<std::uint16_t>(v, clip, line, from, n, out);
+  read_line<float>(v, clip, line, from, n, out);
+}
+
+}  // namespace
+
+Lines::Lines(const ImageView& view, const ImageView* dark_view, bool columns, double saturation)
+    : image(columns ? turned(view) : view), clip(saturation > 0 ? static_cast<float>(saturation) : view.clip()) {
+  if (dark_view) dark = columns ? turned(*dark_view) : *dark_view;
+}
+
+const unsigned char* Lines::bytes(int line) const {
+  if (dark || image.type != ImageView::Type::kU8 || image.column_stride != 1) return nullptr;
+  return static_cast<const unsigned char*>(image.data) + line * image.row_stride;
+}
+
+void Lines::read(int line, int from, int n, float* out) const {
+  read_any(image, clip, line, from, n, out);
+  if (!dark) return;
+  std::vector<float> below(static_cast<std::size_t>(n));
+  read_any(*dark, clip, line, from, n, below.data());
+  for (int i = 0; i < n; ++i) {
+    if (out[i] < kClipped) out[i] = below[i] < kClipped ? out[i] - below[i] : kClipped;
+  }
+}
+
+double noise_of(const Lines& lines) {
+  constexpr int kLines = 32, kRun = 128;
+  constexpr double kTrimmedMean = 0.6573;  // of |x| of a normal variable without its largest tenth
+  const int n = std::min(kRun, lines.width());
+  if (n < 3) return 0;
+  std::vector<float> values(static_cast<std::size_t>(n)), second;
+  second.reserve(static_cast<std::size_t>(kLines) * n);
+  for (int k = 0; k < kLines; ++k) {
+    const int line = static_cast<int>(static_cast<std::int64_t>(lines.count()) * k / kLines);
+    const int from = static_cast<int>(static_cast<std::int64_t>(lines.width() - n) * ((k * 7) % kLines) / kLines);
+    lines.read(line, from, n, values.data());
+    for (int i = 1; i + 1 < n; ++i) {
+      const float d = values[i - 1] - 2 * values[i] + values[i + 1];
+      if (std::abs(d) < 0.1F * Lines::kClipped) second.push_back(std::abs(d));
+    }
+  }
+  const bool whole = lines.image.type != ImageView::Type::kF32;
+  const double rounding = whole ? (lines.dark ? 1.0 / 6 : 1.0 / 12) : 0;
+  if (second.empty()) return std::sqrt(rounding);
+  const std::size_t kept = second.size() * 9 / 10 + 1 > second.size() ? second.size() : second.size() * 9 / 10 + 1;
+  std::nth_element(second.begin(), second.begin() + static_cast<std::ptrdiff_t>(kept - 1), second.end());
+  double sum = 0;
+  for (std::size_t i = 0; i < kept; ++i) sum += second[i];
+  const double sigma = sum / static_cast<double>(kept) / kTrimmedMean / std::sqrt(6.0);
+  return std::sqrt(std::max(sigma * sigma, rounding));
+}
+
+}  // namespace sgrt

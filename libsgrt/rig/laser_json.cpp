@@ -1,0 +1,151 @@
+// "lasers" of rig.json (docs/formats.md): text to LaserUnit and back. A rig keeps its document, in which they are
+// looked up when a laser is asked for; what is written leaves every other key as it was.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.hpp"
+#include "core/strict_json.inl"
+#include "rig/laser.hpp"
+
+namespace sgrt {
+namespace {
+
+[[noreturn]] void refuse(const std::string& message) {
+  fail(Status::kFormat, message);
+}
+
+const Json& member(const Json& object, const std::string& path, const char* key) {
+  if (!object.is_object()) refuse(path + ": expected an object, got " + object.type_name());
+  const auto found = object.find(key);
+  if (found == object.end()) refuse(path + "." + key + ": missing");
+  return *found;
+}
+
+double number_of(const Json& value, const std::string& path) {
+  if (!value.is_number() || !std::isfinite(value.get<double>())) refuse(path + ": expected a finite number");
+  return value.get<double>();
+}
+
+double number_at(const Json& object, const std::string& path, const char* key, double otherwise) {
+  return object.contains(key) ? number_of(object.at(key), path + "." + key) : otherwise;
+}
+
+Vec3 vector_at(const Json& object, const std::string& path, const char* key) {
+  const Json& value = member(object, path, key);
+  const std::string name = path + "." + key;
+  if (!value.is_array() || value.size() != 3) refuse(name + ": expected 3 numbers");
+  Vec3 v;
+  for (int i = 0; i < 3; ++i) v(i) = number_of(value[static_cast<std::size_t>(i)], name);
+  return v;
+}
+
+Vec3 unit_at(const Json& object, const std::string& path, const char* key) {
+  const Vec3 v = vector_at(object, path, key);
+  if (std::abs(v.norm() - 1) > 1e-3) refuse(path + "." + key + ": length " + text_of(v.norm()) + ", expected 1");
+  return v.normalized();
+}
+
+std::string text_at(const Json& object, const std::string& path, const char* key) {
+  const Json& value = member(object, path, key);
+  if (!value.is_string() || value.get_ref<const std::string&>().empty()) refuse(path + "." + key + ": expected a text");
+  return value.get<std::string>();
+}
+
+LaserUnit unit_of(const Rig& rig, const Json& json, const std::string& path) {
+  LaserUnit u;
+  u.id = text_at(json, path, "id");
+  const std::string camera = text_at(json, path, "camera");
+  try {
+    u.camera = camera_index(rig, camera);
+  } catch (const Error& error) {
+    refuse(path + ".camera: " + error.what());
+  }
+  const Json& fan = member(json, path, "fan");
+  u.fan_point = vector_at(fan, path + ".fan", "point");
+  u.fan_normal = unit_at(fan, path + ".fan", "normal");
+  u.mirror = json.contains("mirror");
+  if (!u.mirror) return u;
+  const Json& mirror = json.at("mirror");
+  const std::string inside = path + ".mirror";
+  u.axis_point = vector_at(mirror, inside, "axis_point");
+  u.axis_direction = unit_at(mirror, inside, "axis_direction");
+  u.normal_at_zero = unit_at(mirror, inside, "normal_at_zero");
+  u.offset = number_at(mirror, inside, "offset_mm", 0);
+  u.angle_scale = number_at(mirror, inside, "angle_scale", 1);
+  u.angle_zero = number_at(mirror, inside, "angle_zero_rad", 0);
+  if (u.angle_scale == 0) refuse(inside + ".angle_scale: 0, expected another number");
+  return u;
+}
+
+Json lasers_of(const Rig& rig) {
+  if (rig.document.empty()) return Json::array();
+  const Json json = parse_json(rig.document.data(), rig.document.size(), "rig");
+  if (!json.contains("lasers")) return Json::array();
+  if (!json.at("lasers").is_array()) refuse("lasers: expected an array");
+  return json.at("lasers");
+}
+
+Json list(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+}  // namespace
+
+std::vector<std::string> laser_ids(const Rig& rig) {
+  std::vector<std::string> ids;
+  const Json lasers = lasers_of(rig);
+  ids.reserve(lasers.size());
+  for (std::size_t i = 0; i < lasers.size(); ++i)
+    ids.push_back(text_at(lasers[i], "lasers[" + std::to_string(i) + "]", "id"));
+  return ids;
+}
+
+LaserUnit laser_of(const Rig& rig, const std::string& id) {
+  const Json lasers = lasers_of(rig);
+  const std::vector<std::string> ids = laser_ids(rig);
+  std::string known;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (ids[i] == id) return unit_of(rig, lasers[i], "lasers[" + std::to_string(i) + "]");
+    known += (known.empty() ? "" : ", ") + in_quotes(ids[i]);
+  }
+  fail(Status::kInvalidArgument,
+       "laser " + in_quotes(id) + " is not in the rig, which has " + (known.empty() ? "none" : known));
+}
+
+std::string rig_with_laser(const Rig& rig, const LaserUnit& u, const RigUncertainty& uncertainty) {
+  Rig changed = rig;
+  changed.uncertainty = uncertainty;
+  const std::string text = rig_to_json(changed);
+  Json json = parse_json(text.data(), text.size(), "rig");
+  Json item = Json::object();
+  Json lasers = Json::array();
+  if (json.contains("lasers")) {
+    for (const Json& other : json.at("lasers")) {
+      if (other.is_object() && other.contains("id") && other.at("id") == u.id) {
+        item = other;
+      } else {
+        lasers.push_back(other);
+      }
+    }
+  }
+  item["id"] = u.id;
+  item["camera"] = rig.cameras[static_cast<std::size_t>(u.camera)].id;
+  item["fan"]["point"] = list(u.fan_point);
+  item["fan"]["normal"] = list(u.fan_normal);
+  if (u.mirror) {
+    Json& mirror = item["mirror"];
+    mirror["axis_point"] = list(u.axis_point);
+    mirror["axis_direction"] = list(u.axis_direction);
+    mirror["normal_at_zero"] = list(u.normal_at_zero);
+    mirror["offset_mm"] = u.offset;
+    mirror["angle_scale"] = u.angle_scale;
+    mirror["angle_zero_rad"] = u.angle_zero;
+  } else {
+    item.erase("mirror");
+  }
+  lasers.push_back(std::move(item));
+  json["lasers"] = std::move(lasers);
+  return json_text(json, "rig");
+}
+
+}  // namespace sgrt
