@@ -856,6 +856,9 @@ SGRT_API sgrt_status sgrt_tof_session_create(sgrt_context *context, const sgrt_r
  * it; after an error other than SGRT_E_NOT_FOUND it is NULL, and the session can go on. since 0.1 */
 SGRT_API sgrt_status sgrt_tof_session_push(sgrt_context *context, sgrt_tof_session *session, const sgrt_view *taps,
                                            double time_s, const sgrt_tof **result);
+/* A handle of its own on what a push lent: it shares the memory and outlives the next push, which then takes other memory. Free it with
+ * sgrt_tof_free; once no handle holds it the session uses it again. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_keep(const sgrt_tof *lent, sgrt_tof **result);
 SGRT_API void sgrt_tof_session_free(sgrt_tof_session *session);
 typedef struct sgrt_stereo_prior_options {
   uint32_t struct_size;

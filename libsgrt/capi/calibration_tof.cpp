@@ -56,6 +56,7 @@ void place(const Run& run, const Rig& rig, const sgrt_view* room_from_board, con
   std::vector<char> found(placements.size(), 0);
   for (const View& view : seen.bundle.views) found[static_cast<std::size_t>(view.placement)] = 1;
   std::vector<TofPlacement> kept;
+  kept.reserve(placements.size());
   for (std::size_t i = 0; i < placements.size(); ++i) {
     if (!found[i]) continue;
     placements[i].name = d.placements[i];

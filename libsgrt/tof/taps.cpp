@@ -64,6 +64,8 @@ TapModel make_tap_model(const TofUnit& unit, bool integers) {
   m.taps = static_cast<int>(model.rows());
   m.null_count = m.taps - 3;
   const auto round = [&](double w) { return std::abs(w) < kNothing ? 0.F : static_cast<float>(w); };
+  m.weights.reserve(static_cast<std::size_t>(inverse.size()));
+  m.null_space.reserve(static_cast<std::size_t>(m.null_count) * static_cast<std::size_t>(m.taps));
   for (Eigen::Index k = 0; k < inverse.cols(); ++k) {
     for (Eigen::Index i = 0; i < 3; ++i) m.weights.push_back(round(inverse(i, k)));
   }
@@ -103,7 +105,7 @@ void load_taps(const TapsView& view, std::int64_t frame, std::int64_t frequency,
 // as well as jumps. Taps of unknown noise are not averaged.
 void average_taps(const TapsView& view, const TapModel& model, int y, float low, float high, float* out, int stride,
                   float* frames_used, float* share, AverageWork& work) {
-  constexpr double kAgreeZ = 2.5;
+  constexpr double kAgreeZ = 3.3;
   const std::int64_t total = view.shape[0], frequencies = view.shape[1];
   const auto rows = static_cast<std::size_t>(frequencies * model.taps), step = static_cast<std::size_t>(stride);
   const std::size_t frame_size = rows * step;

@@ -10,25 +10,20 @@ import click
 
 from .. import __version__
 from ..errors import Error
-from . import advise, calibrate, calibrate_room, check, evaluate, fit, reference, register, stereo, track
 from . import (
+    advise,
     calibrate,
     calibrate_laser,
     calibrate_room,
-    calibrate_room,
-    check,
-    curvature,
     calibrate_tof,
     check,
+    curvature,
     evaluate,
     filter,
     fit,
     fuse,
     landmarks,
     laser,
-    reference,
-    register,
-    stereo,
     reference,
     register,
     stereo,
