@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 import sgrt
 from sgrt import io, twin
 from sgrt.cli import main
@@ -63,8 +62,7 @@ def board_images(
 
 def calibration_arguments(scanner: twin.Scanner, views: list[dict[str, np.ndarray]]) -> dict:
     index = [
-        np.stack([np.zeros(len(POINTS)), np.full(len(POINTS), i), np.arange(len(POINTS))], 1)
-        for i in range(len(views))
+        np.stack([np.zeros(len(POINTS)), np.full(len(POINTS), i), np.arange(len(POINTS))], 1) for i in range(len(views))
     ]
     return {
         "cameras": [("cam", scanner.camera.image_size)],
@@ -164,9 +162,7 @@ def test_motion_is_taken_out_by_its_pose_track(torso):
     readings = np.array([reading_for(SCANNER, x, 100) for x in np.linspace(-60, 60, 7)])
     times = np.linspace(0, 6, 7)
     poses = np.stack([twin.displacement(vrt_mm=10 * t / 6, lng_mm=-3 * t / 6, roll_deg=0.3 * t / 6) for t in times])
-    frames = np.stack(
-        [SCANNER.capture(torso, a, p, seed=5).image for a, p in zip(readings, poses, strict=True)]
-    )
+    frames = np.stack([SCANNER.capture(torso, a, p, seed=5).image for a, p in zip(readings, poses, strict=True)])
     still = sgrt.laser_sweep(RIG, "scanner", frames, readings, time_s=times)
     track = {"track_time_s": times, "room_from_body": poses}
     moved = sgrt.laser_sweep(RIG, "scanner", frames, readings, time_s=times, **track)
@@ -190,9 +186,7 @@ def test_breathing_signal(torso):
     point = first.points[120]
     for lift in (0.0, 4.0, -3.0):
         frame = SCANNER.capture(torso, reading, twin.displacement(vrt_mm=lift), seed=2)
-        mm, sigma = sgrt.laser_signal(
-            RIG, "scanner", frame.image, reading, point_mm=point, axis=(0, 0, 1), radius_mm=8
-        )
+        mm, sigma = sgrt.laser_signal(RIG, "scanner", frame.image, reading, point_mm=point, axis=(0, 0, 1), radius_mm=8)
         # The plane is oblique: it meets the lifted skin a little beside the point.
         assert abs(mm - lift) < 0.25 and 0 < sigma < 0.2
 
