@@ -131,9 +131,7 @@ def report_plane(data: Path) -> None:
     author = np.array([author[0], -author[1], -author[2], -1000 * author[3]]) / np.linalg.norm(author[:3])
     off = depth_of(planes[0], rays) - depth_of(author, rays)
     angle = np.degrees(np.arccos(min(1.0, abs(planes[0][:3] @ author[:3]))))
-    print(
-        f"LaserPlane4, its y and z turned round: {angle:.2f} deg and {np.median(off):+.1f} mm (median along the rays) away"
-    )
+    print(f"LaserPlane4, y and z turned round: {angle:.2f} deg, {np.median(off):+.1f} mm (median along the rays) away")
 
 
 def main(data: Path, out: Path) -> None:
