@@ -1,6 +1,6 @@
 """The laser against exact truth, and the speed of stripe extraction beside a memcpy. By hand:
 
-    .venv/bin/python benchmarks/laser.py [speed] [stripe] [sweep] [motion] [calibration]
+.venv/bin/python benchmarks/laser.py [speed] [stripe] [sweep] [motion] [calibration]
 """
 
 from __future__ import annotations
@@ -10,12 +10,11 @@ import time
 from pathlib import Path
 
 import numpy as np
-
 import sgrt
 from sgrt import twin
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests/python"))
-import test_laser as scenes  # noqa: E402
+import test_laser as scenes
 
 
 def speed() -> None:
@@ -89,9 +88,7 @@ def sweep(motion: bool = False) -> None:
     times = np.linspace(0, 6, count)
     poses = np.stack([np.eye(4)] * count)
     if motion:
-        poses = np.stack(
-            [twin.displacement(vrt_mm=10 * t / 6, lng_mm=2 * np.sin(t), pitch_deg=0.2 * t) for t in times]
-        )
+        poses = np.stack([twin.displacement(vrt_mm=10 * t / 6, lng_mm=2 * np.sin(t), pitch_deg=0.2 * t) for t in times])
     session = sgrt.LaserSession(rig, "scanner")
     for a, t, pose in zip(readings, times, poses, strict=True):
         session.push(scanner.capture(phantom, a, pose, seed=4).image, angle_rad=a, time_s=t)
@@ -107,9 +104,7 @@ def calibration() -> None:
     wide = scenes.WIDE
     readings = np.array([scenes.reading_for(wide, x) for x in np.linspace(-330, 330, 31)])
     for draw in range(10):
-        views = [
-            scenes.board_images(wide, pose, readings, 100 * draw + i) for i, pose in enumerate(scenes.POSES)
-        ]
+        views = [scenes.board_images(wide, pose, readings, 100 * draw + i) for i, pose in enumerate(scenes.POSES)]
         rig = sgrt.Rig(wide.rig_json(twin.default_mirror(50 + draw)))
         result = sgrt.calibration_laser(rig, "scanner", **scenes.calibration_arguments(wide, views), noise_px=0.05)
         assert result.rig is not None

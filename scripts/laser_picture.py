@@ -1,6 +1,6 @@
-"""Stripes found in a real scan, drawn over its frames, with the jitter along the flat wall and the calibrated light plane.
+"""Stripes found in a real scan, drawn over its frames; the jitter along the flat wall; the calibrated light plane.
 
-    python scripts/laser_picture.py DATA_FOLDER OUT.png      (DATA_FOLDER holds scan, laser_calib and npy)
+python scripts/laser_picture.py DATA_FOLDER OUT.png      (DATA_FOLDER holds scan, laser_calib and npy)
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import sgrt
 from numpy.typing import NDArray
 from PIL import Image
-
-import sgrt
 from sgrt.boards import Board
 from sgrt.stripes import find_corners
 
@@ -123,16 +122,16 @@ def report_plane(data: Path) -> None:
         planes.append(np.asarray(sgrt.laser_plane(result.rig, "line", 0.0)))
         sigma.append(json.loads(result.report)["point_sigma_mm"])
         print(f"half: {result.view_count} images, {result.rms_px:.3f} px RMS, a point good to {sigma[-1]:.2f} mm")
-    apart = (depth_of(planes[1], rays) - depth_of(planes[2], rays))
+    apart = depth_of(planes[1], rays) - depth_of(planes[2], rays)
     print(f"halves differ by {np.sqrt(np.mean(apart**2)):.2f} mm RMS, predicted {np.hypot(*sigma):.2f}")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         author = np.load(data / "npy/LaserPlane4.npy").ravel()
     # Its author's camera has y up and z backward.
     author = np.array([author[0], -author[1], -author[2], -1000 * author[3]]) / np.linalg.norm(author[:3])
-    off = (depth_of(planes[0], rays) - depth_of(author, rays))
+    off = depth_of(planes[0], rays) - depth_of(author, rays)
     angle = np.degrees(np.arccos(min(1.0, abs(planes[0][:3] @ author[:3]))))
-    print(f"LaserPlane4, its y and z turned round: {angle:.2f} deg and {np.median(off):+.1f} mm (median along the rays) away")
+    print(f"LaserPlane4, y and z turned round: {angle:.2f} deg, {np.median(off):+.1f} mm (median along the rays) away")
 
 
 def main(data: Path, out: Path) -> None:

@@ -306,14 +306,16 @@ void keep_on_board(Problem& p, const std::vector<Pose>& poses, const std::vector
 Eigen::MatrixXd unit_information(const Normal& q, Eigen::Index free) {
   const Eigen::Index rest = q.H.rows() - free;
   return q.H.topLeftCorner(free, free) -
-         q.H.topRightCorner(free, rest) * q.H.bottomRightCorner(rest, rest).ldlt().solve(q.H.bottomLeftCorner(rest, free));
+         q.H.topRightCorner(free, rest) *
+             q.H.bottomRightCorner(rest, rest).ldlt().solve(q.H.bottomLeftCorner(rest, free));
 }
 
 // Directions that the prior alone holds, in words.
 void name_unfixed(const Eigen::MatrixXd& covariance, LaserCalibration& r) {
-  static constexpr std::array<const char*, 11> kWords = {
-      "turn of the fan",   "turn of the fan",   "the fan's distance", "tilt of the axis",   "tilt of the axis",  "place of the axis",
-      "place of the axis", "mirror's normal", "mirror's normal",  "mirror's offset", "angle scale"};
+  static constexpr std::array<const char*, 11> kWords = {"turn of the fan",   "turn of the fan",  "the fan's distance",
+                                                         "tilt of the axis",  "tilt of the axis", "place of the axis",
+                                                         "place of the axis", "mirror's normal",  "mirror's normal",
+                                                         "mirror's offset",   "angle scale"};
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
   for (Eigen::Index i = 0; i < covariance.cols(); ++i) {
     const double sigma = std::sqrt(std::max(0.0, solver.eigenvalues()(i)));
@@ -321,7 +323,8 @@ void name_unfixed(const Eigen::MatrixXd& covariance, LaserCalibration& r) {
     std::string words;
     std::set<std::string> said;
     for (Eigen::Index k = 0; k < covariance.cols(); ++k) {
-      if (std::abs(solver.eigenvectors()(k, i)) < 0.3 || !said.insert(kWords[static_cast<std::size_t>(k)]).second) continue;
+      if (std::abs(solver.eigenvectors()(k, i)) < 0.3 || !said.insert(kWords[static_cast<std::size_t>(k)]).second)
+        continue;
       words += (words.empty() ? "" : ", ") + std::string(kWords[static_cast<std::size_t>(k)]);
     }
     r.unfixed.push_back(words + (said.size() > 1 ? " together" : ""));
@@ -375,7 +378,8 @@ RigUncertainty joined(const RigUncertainty& before, const LaserCalibration& r) {
   }
   const auto rows = static_cast<Eigen::Index>(kept.size()), columns = before.modes.cols();
   u.modes = Eigen::MatrixXd::Zero(rows + r.covariance.rows(), columns + static_cast<Eigen::Index>(own.size()));
-  for (Eigen::Index i = 0; i < rows; ++i) u.modes.row(i).head(columns) = before.modes.row(kept[static_cast<std::size_t>(i)]);
+  for (Eigen::Index i = 0; i < rows; ++i)
+    u.modes.row(i).head(columns) = before.modes.row(kept[static_cast<std::size_t>(i)]);
   for (std::size_t i = 0; i < own.size(); ++i)
     u.modes.col(columns + static_cast<Eigen::Index>(i)).tail(r.covariance.rows()) =
         std::sqrt(solver.eigenvalues()(own[i])) * solver.eigenvectors().col(own[i]);
@@ -383,10 +387,35 @@ RigUncertainty joined(const RigUncertainty& before, const LaserCalibration& r) {
   return u;
 }
 
+// Errors that the points of a stripe have in common (the board's flatness, its pose, the lens) do not average out along
+// it: how much further than independent noise the means of the stripes' quarters lie from 0, over the placements (eq.
+// 19).
+double common_scale(const LaserCalibration& r) {
+  std::map<std::pair<int, double>, std::vector<std::pair<Vec2, double>>> stripes;
+  for (std::size_t i = 0; i < r.sights.size(); ++i) {
+    const StripeSight& sight = r.sights[i];
+    if (r.counts[i]) stripes[{sight.placement, sight.reading}].push_back({sight.pixel, r.residuals[i] / sight.sigma});
+  }
+  double sum = 0;
+  int count = 0;
+  for (auto& [key, points] : stripes) {
+    std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.first.sum() < b.first.sum(); });
+    const std::size_t n = points.size() / 4;
+    for (std::size_t quarter = 0; quarter < 4 && n >= 4; ++quarter, ++count) {
+      double mean = 0;
+      for (std::size_t i = quarter * n; i < (quarter + 1) * n; ++i) mean += points[i].second / static_cast<double>(n);
+      sum += mean * mean * static_cast<double>(n);
+    }
+  }
+  constexpr int kFew = 8;
+  return count > kFew ? std::sqrt(sum / (count - kFew)) : 1;
+}
+
 void set_covariance(const Problem& p, const State& s, LaserCalibration& r) {
   const Basis basis = basis_of(s.unit);
   const Eigen::MatrixXd information = unit_information(normal_of(p, s), basis.cols());
-  const Eigen::MatrixXd own = r.noise_scale * r.noise_scale * information.inverse();
+  const double scale = std::max(r.noise_scale, common_scale(r));
+  const Eigen::MatrixXd own = scale * scale * information.inverse();
   if (!own.allFinite()) fail(Status::kDegenerate, "the stripes leave the laser unit free");
   name_unfixed(information.inverse(), r);
   r.parameters = parameter_names(s.unit);
@@ -414,8 +443,17 @@ LaserCalibration solve_laser(const Run& run, const Rig& rig, const std::string& 
   LaserCalibration r;
   const int camera = start ? start->camera : camera_index(rig, data.cameras.at(0).id);
   const double residual = rig.uncertainty.residual_px;
-  Problem p{rig, rig.cameras[static_cast<std::size_t>(camera)], make_target(data.points), {}, {}, {},
-            o.corner_noise > 0 ? o.corner_noise : residual > 0 ? residual : kDefaultNoise, {}, {}};
+  Problem p{rig,
+            rig.cameras[static_cast<std::size_t>(camera)],
+            make_target(data.points),
+            {},
+            {},
+            {},
+            o.corner_noise > 0 ? o.corner_noise
+            : residual > 0     ? residual
+                               : kDefaultNoise,
+            {},
+            {}};
   std::vector<Discarded> discarded;
   p.views = views_of(data, discarded);
   if (p.views.empty()) fail(Status::kInsufficientData, "the board was found in none of the placements");
@@ -434,7 +472,8 @@ LaserCalibration solve_laser(const Run& run, const Rig& rig, const std::string& 
   x.reserve(p.sights.size());
   readings.reserve(p.sights.size());
   for (const StripeSight& sight : p.sights) {
-    x.push_back(cut_of(p.camera, s.poses[static_cast<std::size_t>(sight.placement)], {Vec3::UnitZ(), 0}, sight.pixel).x);
+    x.push_back(
+        cut_of(p.camera, s.poses[static_cast<std::size_t>(sight.placement)], {Vec3::UnitZ(), 0}, sight.pixel).x);
     readings.push_back(sight.reading);
   }
   const Vec3 centre = p.camera.centre_in_room();
@@ -453,7 +492,8 @@ LaserCalibration solve_laser(const Run& run, const Rig& rig, const std::string& 
   r.unit = s.unit;
   if (r.noise_scale > 3)
     r.warnings.push_back("the stripes lie " + rounded(r.noise_scale, 1) +
-                         " times as far off the model as their own sigma lets expect (" + rounded(r.rms, 3) + " px RMS)");
+                         " times as far off the model as their own sigma lets expect (" + rounded(r.rms, 3) +
+                         " px RMS)");
   for (const std::string& words : r.unfixed) r.warnings.push_back("the sweep does not fix: " + words);
   r.rig_json = rig_with_laser(rig, r.unit, joined(rig.uncertainty, r));
   return r;
@@ -466,14 +506,16 @@ LaserCalibration calibrate_laser(const Run& run, const Rig& rig, const std::stri
                                  const LaserCalibrationOptions& options) {
   check_data(data);
   if (data.cameras.size() != 1)
-    fail(Status::kInvalidArgument, "data.camera_count: " + std::to_string(data.cameras.size()) + ", expected 1, the laser's camera");
+    fail(Status::kInvalidArgument,
+         "data.camera_count: " + std::to_string(data.cameras.size()) + ", expected 1, the laser's camera");
   for (std::size_t i = 0; i < stripes.size(); ++i) {
     const StripeSight& s = stripes[i];
     if (s.placement >= 0 && s.placement < static_cast<int>(data.placements.size()) && s.pixel.allFinite() &&
         std::isfinite(s.reading) && s.sigma > 0 && s.sigma < 100)
       continue;
-    fail(Status::kInvalidArgument, "stripes: entry " + std::to_string(i) +
-                                       ": expected a placement of the data, a finite pixel and angle, a positive sigma");
+    fail(Status::kInvalidArgument,
+         "stripes: entry " + std::to_string(i) +
+             ": expected a placement of the data, a finite pixel and angle, a positive sigma");
   }
   try {
     return solve_laser(run, rig, laser_id, start, data, stripes, options);

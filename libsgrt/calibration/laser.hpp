@@ -16,8 +16,8 @@ struct StripeSight {
 };
 
 struct LaserCalibrationOptions {
-  bool fixed = false;         // a laser without a mirror: its plane is one
-  double corner_noise = 0;    // px; 0: the rig's residual_px, or 0.1
+  bool fixed = false;       // a laser without a mirror: its plane is one
+  double corner_noise = 0;  // px; 0: the rig's residual_px, or 0.1
   double outlier_sigma = 6;
   int max_iterations = 100;
 };

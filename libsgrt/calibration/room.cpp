@@ -9,6 +9,7 @@
 #include "calibration/initial.hpp"
 #include "calibration/text.hpp"
 #include "core/error.hpp"
+#include "rig/laser.hpp"
 #include "rig/uncertainty.hpp"
 
 namespace sgrt {
@@ -292,6 +293,22 @@ void compare_pairs(const CalibrationData& data, const RoomOptions& o, RoomResult
   r.pair_disagreement_mm = std::sqrt(sum / count);
 }
 
+// The lasers of a rig move with its cameras. Their own uncertainty is not carried over, which is said.
+void move_lasers(const Rig& rig, const Pose& room_from_rig, RoomResult& r) {
+  for (const std::string& id : laser_ids(rig)) {
+    try {
+      LaserUnit unit = moved(laser_of(rig, id), room_from_rig);
+      unit.camera = camera_index(r.rig, rig.cameras[static_cast<std::size_t>(unit.camera)].id);
+      r.rig.document = rig_with_laser(r.rig, unit, r.rig.uncertainty);
+    } catch (const Error& error) {
+      r.warnings.push_back("laser " + in_quotes(id) + " is not in the result: " + error.what());
+      continue;
+    }
+    r.warnings.push_back("laser " + in_quotes(id) +
+                         " has been moved; what its calibration leaves uncertain is no longer stated");
+  }
+}
+
 RoomResult solve_room(const std::vector<const Rig*>& rigs, const CalibrationData& data, const RoomOptions& o) {
   constexpr double kDefaultNoise = 0.1, kWorse = 2.5;
   RoomResult r;
@@ -316,6 +333,7 @@ RoomResult solve_room(const std::vector<const Rig*>& rigs, const CalibrationData
     add_to_room(*rig, r.rigs.back(), q, r.rig);
   }
   compare_pairs(data, o, r);
+  for (std::size_t i = 0; i < rigs.size(); ++i) move_lasers(*rigs[i], r.rigs[i].rig_from_room.inverse(), r);
   return r;
 }
 

@@ -41,14 +41,15 @@ std::optional<LaserUnit> start_of(const Rig& rig, const std::string& id, const C
   const int camera = camera_index(rig, data.cameras.at(0).id);
   const Camera& c = rig.cameras[static_cast<std::size_t>(camera)];
   if (c.width != data.cameras[0].width || c.height != data.cameras[0].height)
-    fail(Status::kInvalidArgument, "camera " + in_quotes(c.id) + ": images of " + std::to_string(data.cameras[0].width) +
-                                       " x " + std::to_string(data.cameras[0].height) +
-                                       ", the rig states another size");
+    fail(Status::kInvalidArgument, "camera " + in_quotes(c.id) + ": images of " +
+                                       std::to_string(data.cameras[0].width) + " x " +
+                                       std::to_string(data.cameras[0].height) + ", the rig states another size");
   const std::vector<std::string> known = laser_ids(rig);
   if (std::find(known.begin(), known.end(), id) == known.end()) return std::nullopt;
   LaserUnit unit = laser_of(rig, id);
   if (unit.camera != camera)
-    fail(Status::kInvalidArgument, "camera " + in_quotes(c.id) + ": laser " + in_quotes(id) + " belongs to another one");
+    fail(Status::kInvalidArgument,
+         "camera " + in_quotes(c.id) + ": laser " + in_quotes(id) + " belongs to another one");
   return unit;
 }
 

@@ -10,7 +10,8 @@ namespace sgrt {
 void check_track(const PoseTrack& track) {
   if (track.time.empty() || track.time.size() != track.room_from_body.size())
     fail(Status::kInvalidArgument, "poses: " + std::to_string(track.time.size()) + " times and " +
-                                       std::to_string(track.room_from_body.size()) + " poses, expected at least one of each");
+                                       std::to_string(track.room_from_body.size()) +
+                                       " poses, expected at least one of each");
   for (std::size_t i = 0; i < track.time.size(); ++i) {
     if (std::isfinite(track.time[i]) && (i == 0 || track.time[i] > track.time[i - 1])) continue;
     fail(Status::kInvalidArgument,

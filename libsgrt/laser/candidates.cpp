@@ -56,7 +56,8 @@ void search(const float* v, int n, int half, float min_signal, float* smooth, Li
     if (end > at && end - at < 2 * half) at = (at + end) / 2;
     const float background = flank(v, n, at, half), contrast = smooth[at] - background;
     if (!top || contrast < min_signal) continue;
-    const HalfWidths w = half_widths(v, n, static_cast<float>(at), background, std::max(v[at], smooth[at]) - background);
+    const HalfWidths w =
+        half_widths(v, n, static_cast<float>(at), background, std::max(v[at], smooth[at]) - background);
     if (!(w.left + w.right > 0)) continue;
     out.all[out.count++] = {at, static_cast<float>(at), contrast, background, (w.left + w.right) / kFwhm};
   }
@@ -110,7 +111,8 @@ float asymmetry_of(const float* v, int n, float centre, float width, float backg
   constexpr float kTop = 0.85F, kFoot = 0.25F;
   int best = std::clamp(static_cast<int>(std::lround(centre)), 0, n - 1);
   const int reach = 1 + static_cast<int>(width);
-  for (int i = std::max(0, best - reach), end = std::min(n - 1, best + reach); i <= end; ++i) best = v[i] > v[best] ? i : best;
+  for (int i = std::max(0, best - reach), end = std::min(n - 1, best + reach); i <= end; ++i)
+    best = v[i] > v[best] ? i : best;
   const auto peak = static_cast<float>(best);
   const HalfWidths top = half_widths(v, n, peak, background, contrast, kTop);
   const HalfWidths foot = half_widths(v, n, peak, background, contrast, kFoot);
@@ -124,8 +126,8 @@ LineCandidates find_candidates(const Run& run, const Lines& lines, int line, int
   LineCandidates out;
   const kernels::LinePeak p = strongest(run, lines, line, half, buffer);
   const float contrast = p.value - p.background;
-  const bool sole = p.centre == p.centre && contrast >= min_signal &&
-                    p.second - p.background < std::max(min_signal, contrast / 2);
+  const bool sole =
+      p.centre == p.centre && contrast >= min_signal && p.second - p.background < std::max(min_signal, contrast / 2);
   if (!sole && p.value - level_of(lines, line, buffer) < min_signal) return out;
   if (sole) {
     float window[256];

@@ -25,16 +25,16 @@ struct LineCandidates {
   int count = 0;
 };
 
-// How far left and right of `centre` the profile in v[0 .. n) comes down to a share of its height, px; NaN where it does
-// not.
+// How far left and right of `centre` the profile in v[0 .. n) comes down to a share of its height, px; NaN where it
+// does not.
 struct HalfWidths {
   float left, right;
 };
 HalfWidths half_widths(const float* v, int n, float centre, float background, float contrast, float share = 0.5F);
 
-// Two-sided width test (eq. 9): how far the foot of the profile reaches to the right and to the left of its top's middle,
-// (right - left) / (right + left). About the fitted centre every profile looks even, because the fit has moved there. 0
-// where the profile does not come down.
+// Two-sided width test (eq. 9): how far the foot of the profile reaches to the right and to the left of its top's
+// middle, (right - left) / (right + left). About the fitted centre every profile looks even, because the fit has moved
+// there. 0 where the profile does not come down.
 float asymmetry_of(const float* v, int n, float centre, float width, float background, float contrast);
 
 // The candidates of one line. buffer: at least two lines long.

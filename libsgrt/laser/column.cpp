@@ -46,8 +46,7 @@ void check_options(const LaserOptions& o) {
     fail(Status::kInvalidArgument, "angle_sigma_rad: " + text_of(o.angle_sigma) + ", expected 0 to 1");
   for (int i = 0; i < 3; ++i) {
     if (o.volume_min[i] < o.volume_max[i]) continue;
-    fail(Status::kInvalidArgument,
-         "volume_min_mm: " + text_of(o.volume_min[i]) + ", expected less than volume_max_mm");
+    fail(Status::kInvalidArgument, "volume_min_mm: " + text_of(o.volume_min[i]) + ", expected less than volume_max_mm");
   }
 }
 

@@ -9,8 +9,8 @@
 namespace sgrt {
 
 struct LaserOptions {
-  StripeOptions stripe;     // `columns` is chosen by the light plane
-  double angle_sigma = 0;   // rad, one sigma of a mirror reading
+  StripeOptions stripe;                                                        // `columns` is chosen by the light plane
+  double angle_sigma = 0;                                                      // rad, one sigma of a mirror reading
   Vec3 volume_min = Vec3::Constant(-std::numeric_limits<double>::infinity());  // room, mm
   Vec3 volume_max = Vec3::Constant(std::numeric_limits<double>::infinity());
 };
@@ -19,8 +19,8 @@ void check_options(const LaserOptions& options);
 struct Column {
   double reading = 0, time = 0;
   LightPlane plane;
-  Points points;             // room, NaN where absent
-  Covariances covariance;    // of the pixel and the angle
+  Points points;                    // room, NaN where absent
+  Covariances covariance;           // of the pixel and the angle
   std::vector<double> pixel_sigma;  // px along the line
   std::vector<double> pixel;        // x or y of the stripe, px
   std::vector<std::uint8_t> reason;

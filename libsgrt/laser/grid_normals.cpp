@@ -64,7 +64,9 @@ void set_grid_normals(const Run& run, const Vec3& viewpoint, Surface& s) {
   const double between_lines = spacing(s, s.width, s.width), between_columns = spacing(s, 1, s.width);
   if (!(between_lines > 0 && between_columns > 0)) return;
   const double coarse = std::max(between_lines, between_columns);
-  const auto reach = [&](double own) { return std::clamp(static_cast<int>(std::lround(kReach * coarse / own)), kReach, 12); };
+  const auto reach = [&](double own) {
+    return std::clamp(static_cast<int>(std::lround(kReach * coarse / own)), kReach, 12);
+  };
   const int lines = reach(between_lines), columns = reach(between_columns);
   const double limit = 3 * kReach * coarse;
   parallel_for(

@@ -137,9 +137,9 @@ Centre centroid_centre(const Lines& lines, int line, const Candidate& c, int hal
   if (c.sum > 0) {  // the kernel has it already
     const double n = 2 * half + 1, spread = n * n * n / 12, slope = 2.0 / half / ((n + half) * (n + half));
     out.centre = c.centre;
-    out.variance = (noise.sigma * noise.sigma * (spread + spread * spread * slope) +
-                    noise.gain * c.sum * c.width * c.width) /
-                   (static_cast<double>(c.sum) * c.sum);
+    out.variance =
+        (noise.sigma * noise.sigma * (spread + spread * spread * slope) + noise.gain * c.sum * c.width * c.width) /
+        (static_cast<double>(c.sum) * c.sum);
     out.signal = c.contrast;
     out.width = c.width;
     out.asymmetry = c.asymmetry;
@@ -168,8 +168,8 @@ Centre centroid_centre(const Lines& lines, int line, const Candidate& c, int hal
     const double low = centre - half - 0.5, high = centre + half + 0.5;
     double s1 = 0;
     s0 = v2 = shot = spread = 0;
-    for (int i = std::max(w.from, static_cast<int>(std::floor(low + 0.5)));
-         i < w.from + w.count && i - 0.5 < high; ++i) {
+    for (int i = std::max(w.from, static_cast<int>(std::floor(low + 0.5))); i < w.from + w.count && i - 0.5 < high;
+         ++i) {
       const double share = std::min(high, i + 0.5) - std::max(low, i - 0.5), d = i - c.at;
       if (share <= 0) continue;
       const double v = w.v[i - w.from] - b - slope * d, off = i - centre;
@@ -189,8 +189,7 @@ Centre centroid_centre(const Lines& lines, int line, const Candidate& c, int hal
   }
   const double slope_variance = 2.0 / half / ((3.0 * half + 1) * (3.0 * half + 1));
   out.centre = centre;
-  out.variance =
-      (noise.sigma * noise.sigma * (v2 + spread * spread * slope_variance) + noise.gain * shot) / (s0 * s0);
+  out.variance = (noise.sigma * noise.sigma * (v2 + spread * spread * slope_variance) + noise.gain * shot) / (s0 * s0);
   out.signal = c.contrast;
   out.width = c.width;
   set_shape(lines, w, centre, b + slope * (centre - c.at), c.contrast, noise.sigma, out);
@@ -213,7 +212,7 @@ Centre gaussian_centre(const Lines& lines, int line, const Candidate& c, const P
   for (int step = 0; step < kSteps && !done; ++step) {
     Mat5 N = q.N;
     N.diagonal() *= 1 + damping;
-    const Vec5 move = N.ldlt().solve(q.g);
+    const Vec5 move = N.llt().solve(q.g);
     Vec5 next = p + move;
     next(1) = std::clamp(next(1), p(1) / 2, p(1) * 2);
     Equations trial = equations(w, origin, next, noise);
@@ -229,7 +228,7 @@ Centre gaussian_centre(const Lines& lines, int line, const Candidate& c, const P
   }
   const bool sane = p.allFinite() && std::abs(p(0)) <= 2 * width + 1 && p(1) > 0.25 && p(1) < 4 * width + 2 &&
                     p(2) > 0.3 * c.contrast && q.count > 6;
-  const Mat5 inverse = q.N.ldlt().solve(Mat5(Mat5::Identity()));
+  const Mat5 inverse = q.N.llt().solve(Mat5(Mat5::Identity()));
   const double variance = sane ? inverse(0, 0) : 0;
   if (!sane || !(variance > 0)) {
     out.reason = LineReason::kNoMatch;
@@ -261,8 +260,7 @@ RidgeKernel::RidgeKernel(double sigma) : radius(static_cast<int>(std::ceil(3.5 *
   noise_gain = sum0 * sum1;
 }
 
-Centre ridge_centre(const Lines& lines, int line, const Candidate& c, const RidgeKernel& k,
-                    const ProfileNoise& noise) {
+Centre ridge_centre(const Lines& lines, int line, const Candidate& c, const RidgeKernel& k, const ProfileNoise& noise) {
   constexpr int kMoves = 4;
   Centre out;
   const int n = 2 * k.radius + 1;

@@ -98,7 +98,8 @@ void check_options(const StripeOptions& o) {
   if (!(o.noise >= 0 && o.noise <= 1e9)) refuse("noise", o.noise, "0 to 1e9");
   if (!(o.gain >= 0 && o.gain <= 1e9)) refuse("gain", o.gain, "0 to 1e9");
   if (!(o.saturation >= 0 && o.saturation <= 1e9)) refuse("saturation", o.saturation, "0 to 1e9");
-  if (!(o.max_asymmetry > 0 && o.max_asymmetry <= 1)) refuse("max_asymmetry", o.max_asymmetry, "more than 0, at most 1");
+  if (!(o.max_asymmetry > 0 && o.max_asymmetry <= 1))
+    refuse("max_asymmetry", o.max_asymmetry, "more than 0, at most 1");
 }
 
 Stripe extract_stripe(const Run& run, const ImageView& image, const ImageView* dark, const StripeOptions& o) {
@@ -115,8 +116,8 @@ Stripe extract_stripe(const Run& run, const ImageView& image, const ImageView* d
   s.noise = o.noise > 0 ? o.noise : noise_of(lines);
   if (!(s.noise > 0)) s.noise = 1e-6;  // a float image without any
   const bool whole = image.type != ImageView::Type::kF32;
-  const auto min_signal =
-      static_cast<float>(o.min_signal > 0 ? o.min_signal : std::max(whole ? kLeastSignal : 0.0, kSignalSigmas * s.noise));
+  const auto min_signal = static_cast<float>(
+      o.min_signal > 0 ? o.min_signal : std::max(whole ? kLeastSignal : 0.0, kSignalSigmas * s.noise));
   int half = o.half_width > 0 ? static_cast<int>(std::lround(o.half_width)) : window_of(run, lines, min_signal);
   half = std::max(1, std::min(half, (lines.width() - 1) / 4));
   std::vector<LineCandidates> found(n);
@@ -144,7 +145,7 @@ Stripe extract_stripe(const Run& run, const ImageView& image, const ImageView* d
           s.reason[y] = static_cast<std::uint8_t>(reason[y]);
           if (reason[y] != LineReason::kNone) continue;
           const Candidate& c = found[y].all[chosen[y]];
-          const Centre centre = ridge                                      ? ridge_centre(lines, line, c, *ridge, noise)
+          const Centre centre = ridge                                 ? ridge_centre(lines, line, c, *ridge, noise)
                                 : o.method == StripeMethod::kGaussian ? gaussian_centre(lines, line, c, noise)
                                                                       : centroid_centre(lines, line, c, half, noise);
           fits[y] = centre;

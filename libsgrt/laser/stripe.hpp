@@ -18,25 +18,25 @@ enum class StripeMethod { kCentroid = 0, kGaussian = 1, kRidge = 2 };
 
 struct StripeOptions {
   StripeMethod method = StripeMethod::kGaussian;
-  bool columns = false;         // a centre a column (a stripe that runs across) instead of one a row
-  int min_length = 5;           // lines; shorter pieces are not trusted
-  double half_width = 0;        // px, of the window of the centroid: 0: from the stripes' own width
-  double min_signal = 0;        // grey levels of a peak over its background; 0: 6 times the noise, at least 2
-  double noise = 0;             // grey levels, one sigma of a dark pixel; 0: from the image
-  double gain = 0;              // grey levels an electron: shot noise adds gain times the signal to the variance
-  double saturation = 0;        // grey level at which a pixel is clipped; 0: the type's largest
-  double max_asymmetry = 0.3;   // of the profile's foot about its top, (right - left) / (right + left)
+  bool columns = false;        // a centre a column (a stripe that runs across) instead of one a row
+  int min_length = 5;          // lines; shorter pieces are not trusted
+  double half_width = 0;       // px, of the window of the centroid: 0: from the stripes' own width
+  double min_signal = 0;       // grey levels of a peak over its background; 0: 6 times the noise, at least 2
+  double noise = 0;            // grey levels, one sigma of a dark pixel; 0: from the image
+  double gain = 0;             // grey levels an electron: shot noise adds gain times the signal to the variance
+  double saturation = 0;       // grey level at which a pixel is clipped; 0: the type's largest
+  double max_asymmetry = 0.3;  // of the profile's foot about its top, (right - left) / (right + left)
 };
 
 // The numbers of SGRT_REASON_...
 enum class LineReason : std::uint8_t {
   kNone = 0,
-  kOutOfView = 1,   // the stripe's flanks leave the image
-  kNoStripe = 3,    // nothing above min_signal
-  kSaturated = 4,   // so clipped that no flank is left
-  kNoMatch = 5,     // the fit found no centre
-  kAmbiguous = 7,   // two stripes of like strength, or a piece shorter than min_length
-  kEdge = 8,        // the two half widths differ: an edge, or skin that scatters
+  kOutOfView = 1,  // the stripe's flanks leave the image
+  kNoStripe = 3,   // nothing above min_signal
+  kSaturated = 4,  // so clipped that no flank is left
+  kNoMatch = 5,    // the fit found no centre
+  kAmbiguous = 7,  // two stripes of like strength, or a piece shorter than min_length
+  kEdge = 8,       // the two half widths differ: an edge, or skin that scatters
 };
 
 struct Stripe {

@@ -22,6 +22,27 @@ static inline __attribute__((always_inline)) typename Vector<T>::Type load(const
   return v;
 }
 
+// The largest lane, by halves.
+static inline __attribute__((always_inline)) unsigned char top_of(Bytes m) {
+  typedef unsigned char Half __attribute__((vector_size(16)));
+  Half a, b;
+  __builtin_memcpy(&a, &m, sizeof a);
+  __builtin_memcpy(&b, reinterpret_cast<const char*>(&m) + sizeof a, sizeof b);
+  a = b > a ? b : a;
+  b = __builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15, 8, 9, 10, 11, 12, 13, 14, 15);
+  a = b > a ? b : a;
+  b = __builtin_shufflevector(a, a, 4, 5, 6, 7, 4, 5, 6, 7, 4, 5, 6, 7, 4, 5, 6, 7);
+  a = b > a ? b : a;
+  b = __builtin_shufflevector(a, a, 2, 3, 2, 3, 2, 3, 2, 3, 2, 3, 2, 3, 2, 3, 2, 3);
+  a = b > a ? b : a;
+  return a[1] > a[0] ? a[1] : a[0];
+}
+static inline __attribute__((always_inline)) float top_of(Floats m) {
+  float best = m[0];
+  for (int i = 1; i < 8; ++i) best = m[i] > best ? m[i] : best;
+  return best;
+}
+
 template <class T>
 static inline __attribute__((always_inline)) T largest(const T* p, int n) {
   constexpr int lanes = 32 / static_cast<int>(sizeof(T));
@@ -30,16 +51,18 @@ static inline __attribute__((always_inline)) T largest(const T* p, int n) {
     for (int i = 1; i < n; ++i) best = p[i] > best ? p[i] : best;
     return best;
   }
-  auto m = load(p);
-  for (int i = lanes; i + lanes <= n; i += lanes) {
+  auto m = load(p), other = load(p + n - lanes);
+  int i = lanes;
+  for (; i + 2 * lanes <= n; i += 2 * lanes) {
+    const auto v = load(p + i), w = load(p + i + lanes);
+    m = v > m ? v : m;
+    other = w > other ? w : other;
+  }
+  for (; i + lanes <= n; i += lanes) {
     const auto v = load(p + i);
     m = v > m ? v : m;
   }
-  const auto last = load(p + n - lanes);
-  m = last > m ? last : m;
-  best = m[0];
-  for (int i = 1; i < lanes; ++i) best = m[i] > best ? m[i] : best;
-  return best;
+  return top_of(other > m ? other : m);
 }
 
 template <class T>
@@ -48,6 +71,13 @@ static inline __attribute__((always_inline)) int first_at(const T* p, int n, T v
   typename Vector<T>::Type wanted;
   for (int i = 0; i < lanes; ++i) wanted[i] = value;
   int i = 0;
+  for (; i + 4 * lanes <= n; i += 4 * lanes) {
+    const auto equal = ((load(p + i) == wanted) | (load(p + i + lanes) == wanted)) |
+                       ((load(p + i + 2 * lanes) == wanted) | (load(p + i + 3 * lanes) == wanted));
+    Words w;
+    __builtin_memcpy(&w, &equal, sizeof w);
+    if ((w[0] | w[1]) | (w[2] | w[3])) break;
+  }
   for (; i + lanes <= n; i += lanes) {
     const auto equal = load(p + i) == wanted;
     Words w;

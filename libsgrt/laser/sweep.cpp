@@ -170,7 +170,7 @@ LaserResult Sweep::finish(const Run& run, const PoseTrack* track, double referen
   if (r.point_count == 0) {
     const std::int64_t outside = r.reason_count[2];
     r.status = stripes > 0 && outside == 0 ? Status::kDegenerate : Status::kNotFound;
-    r.message = stripes == 0   ? "no stripe in any of the frames, expected a bright line"
+    r.message = stripes == 0  ? "no stripe in any of the frames, expected a bright line"
                 : outside > 0 ? "no point of the sweep lies in the working volume"
                               : "the light plane is parallel to the rays of the stripe, or lies behind the camera: no "
                                 "point can be placed; check the laser of the rig";

@@ -16,9 +16,9 @@ struct LaserResult {
   int height = 0, width = 0;         // lines, frames
   std::shared_ptr<Surface> surface;  // organised
   std::vector<std::uint8_t> reason;
-  std::vector<double> stripe_px;         // centre along the line
+  std::vector<double> stripe_px;  // centre along the line
   std::vector<float> sigma_px;
-  std::vector<double> angle, time;       // of each column
+  std::vector<double> angle, time;  // of each column
   std::array<std::int64_t, 16> reason_count{};
   std::int64_t point_count = 0;
   bool columns = false;  // lines are the image's columns
@@ -31,7 +31,8 @@ class Sweep {
   // Readings in any order, none twice; times must not run backwards.
   const Column& push(const Run& run, const ImageView& image, const ImageView* dark, double reading, double time);
   std::size_t size() const { return columns_.size(); }
-  // track: nullptr where the body lay still. reference_time: the instant that the surface shows; NaN: the first frame's.
+  // track: nullptr where the body lay still. reference_time: the instant that the surface shows; NaN: the first
+  // frame's.
   LaserResult finish(const Run& run, const PoseTrack* track, double reference_time) const;
 
  private:

@@ -33,13 +33,12 @@ LightPlane light_plane_slope(const LaserUnit& u, double reading) {
   const double a = u.angle_scale * (reading - u.angle_zero);
   const Vec3 n = so3_exp(a * u.axis_direction) * u.normal_at_zero, dn = u.angle_scale * u.axis_direction.cross(n);
   const double nu = u.fan_normal.dot(n), dnu = u.fan_normal.dot(dn);
-  return {-2 * (dnu * n + nu * dn),
-          -2 * (dnu * (n.dot(u.axis_point) + u.offset) + nu * dn.dot(u.axis_point))};
+  return {-2 * (dnu * n + nu * dn), -2 * (dnu * (n.dot(u.axis_point) + u.offset) + nu * dn.dot(u.axis_point))};
 }
 
 std::vector<std::string> parameter_names(const LaserUnit& unit) {
   static constexpr std::array<const char*, kLaserParameters> kNames = {
-      "fan_rx", "fan_ry", "fan_rz", "fan_mm",    "axis_rx",   "axis_ry",   "axis_rz",     "axis_x",
+      "fan_rx", "fan_ry", "fan_rz",    "fan_mm",    "axis_rx",   "axis_ry",   "axis_rz",     "axis_x",
       "axis_y", "axis_z", "normal_rx", "normal_ry", "normal_rz", "offset_mm", "angle_scale", "angle_zero_rad"};
   std::vector<std::string> names;
   names.reserve(kNames.size());

@@ -7,7 +7,8 @@ static const char kRig[] =
     "{\"schema\": \"sgrt-rig/1\", \"id\": \"laser test\", \"room\": \"IEC 61217 fixed, mm\", \"cameras\": ["
     "{\"id\": \"cam\", \"image_size\": [320, 240], \"model\": \"pinhole\", \"intrinsics\": [600, 600, 159.5, 119.5],"
     " \"camera_from_room\": [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 1000], [0, 0, 0, 1]]}],"
-    "\"lasers\": [{\"id\": \"scanner\", \"camera\": \"cam\", \"fan\": {\"point\": [300, 0, 1000], \"normal\": [0, 0, 1]},"
+    "\"lasers\": [{\"id\": \"scanner\", \"camera\": \"cam\", \"fan\": {\"point\": [300, 0, 1000], \"normal\": [0, 0, "
+    "1]},"
     " \"mirror\": {\"axis_point\": [300, 0, 1000], \"axis_direction\": [0, 1, 0],"
     " \"normal_at_zero\": [0.5969, 0, -0.8023], \"offset_mm\": 0.5}},"
     "{\"id\": \"flat\", \"camera\": \"cam\", \"fan\": {\"point\": [0, 0, 1000], \"normal\": [1, 0, 0]}},"
@@ -139,7 +140,8 @@ static void test_sweep(const sgrt_rig* rig) {
     const sgrt_view image = sgrt_view_of(images[i], SGRT_U8, kHeight, kWidth, 0);
     CHECK_OK(sgrt_laser_session_push(NULL, session, &image, NULL, angles[i], (double)(kFrames - i), &column));
     CHECK(column.point_count > kHeight - 20 && column.point_count <= column.stripe_count);
-    CHECK_STATUS(sgrt_laser_session_push(NULL, session, &image, NULL, angles[i], 100, NULL), SGRT_E_INVALID_ARGUMENT, "");
+    CHECK_STATUS(sgrt_laser_session_push(NULL, session, &image, NULL, angles[i], 100, NULL), SGRT_E_INVALID_ARGUMENT,
+                 "");
     CHECK(strstr(sgrt_last_error(), "angle_rad"));
     CHECK_STATUS(sgrt_laser_session_push(NULL, session, &image, NULL, 9, 0.5, NULL), SGRT_E_INVALID_ARGUMENT, "");
     CHECK(strstr(sgrt_last_error(), "time_s"));
@@ -172,9 +174,8 @@ static void test_track(const sgrt_rig* rig) {
   sgrt_laser_free(result);
   result = NULL;
   track_time[1] = 7; /* does not reach to the last frame */
-  CHECK_STATUS(
-      sgrt_laser_sweep(NULL, rig, "scanner", &frames, NULL, &angle, &time, &track, &pose, NULL, NULL, &result),
-      SGRT_E_INVALID_ARGUMENT, "");
+  CHECK_STATUS(sgrt_laser_sweep(NULL, rig, "scanner", &frames, NULL, &angle, &time, &track, &pose, NULL, NULL, &result),
+               SGRT_E_INVALID_ARGUMENT, "");
   CHECK(result == NULL);
 }
 

@@ -120,9 +120,8 @@ Stripe extract(const ArrayLike& image, const MaybeArray& dark, const std::string
   auto options = stripe_options(method, min_length, half_width_px, min_signal, noise, gain, saturation, max_asymmetry);
   options.columns = columns ? 1 : 0;
   StripeHandle handle;
-  const Outcome outcome = attempt(context, [&](sgrt_context* c) {
-    return sgrt_stripe_extract(c, &view.view, &below.view, &options, out(handle));
-  });
+  const Outcome outcome = attempt(
+      context, [&](sgrt_context* c) { return sgrt_stripe_extract(c, &view.view, &below.view, &options, out(handle)); });
   return answer<Stripe>(outcome, std::move(handle));
 }
 
@@ -239,11 +238,13 @@ Raises InvalidArgument: unknown laser, size, a reading twice, a time that runs b
     InsufficientData: no frame. NotFound: no stripe in any frame. Degenerate: the plane is parallel to the rays. FormatError. Cancelled.
 C: sgrt_laser_sweep)";
 
-constexpr const char* kSessionDoc = R"(The frames of a sweep one by one; options as laser_sweep. One thread at a time; does not pickle.
+constexpr const char* kSessionDoc =
+    R"(The frames of a sweep one by one; options as laser_sweep. One thread at a time; does not pickle.
 
 C: sgrt_laser_session_create)";
 
-constexpr const char* kPushDoc = R"(Takes the next frame; the number of points that it gave. A frame without a stripe is no error.
+constexpr const char* kPushDoc =
+    R"(Takes the next frame; the number of points that it gave. A frame without a stripe is no error.
 
 Raises as laser_sweep; the session can go on.
 C: sgrt_laser_session_push)";
@@ -260,11 +261,10 @@ Raises NotFound: the stripe does not pass there. Degenerate: the axis is at righ
 C: sgrt_laser_signal)";
 
 // The keyword arguments of a stripe's extraction, alike in every call.
-#define SGRT_STRIPE_ARGUMENTS                                                                          \
-  py::arg("method") = "gaussian", py::arg("min_length") = d.min_length,                                \
-  py::arg("half_width_px") = d.half_width_px, py::arg("min_signal") = d.min_signal,                    \
-  py::arg("noise") = d.noise, py::arg("gain") = d.gain, py::arg("saturation") = d.saturation,          \
-  py::arg("max_asymmetry") = d.max_asymmetry, py::arg("context") = py::none()
+#define SGRT_STRIPE_ARGUMENTS                                                                                       \
+  py::arg("method") = "gaussian", py::arg("min_length") = d.min_length, py::arg("half_width_px") = d.half_width_px, \
+  py::arg("min_signal") = d.min_signal, py::arg("noise") = d.noise, py::arg("gain") = d.gain,                       \
+  py::arg("saturation") = d.saturation, py::arg("max_asymmetry") = d.max_asymmetry, py::arg("context") = py::none()
 
 void register_results(py::module_& m) {
   py::class_<Stripe>(m, "Stripe", R"(The stripe of an image, an entry a line.

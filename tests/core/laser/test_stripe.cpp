@@ -43,8 +43,9 @@ Rendered render(const Scene& s, unsigned seed) {
       r.pixels[static_cast<std::size_t>(y) * s.width + x] = static_cast<float>(s.background + mean + noise(random));
     }
   }
-  r.view = {r.pixels.data(), ImageView::Type::kF32, s.height, s.width,
-            static_cast<std::int64_t>(s.width * sizeof(float)), sizeof(float)};
+  r.view = {
+      r.pixels.data(), ImageView::Type::kF32, s.height, s.width, static_cast<std::int64_t>(s.width * sizeof(float)),
+      sizeof(float)};
   return r;
 }
 

@@ -92,7 +92,8 @@ TEST(LaserJson, NamesWhatIsWrong) {
   };
   expect_error(Status::kFormat, "lasers[0].mirror.axis_direction",
                [&] { laser_of(broken("[0, 1, 0]", "[0, 2, 0]"), "s"); });
-  expect_error(Status::kFormat, "lasers[0].camera", [&] { laser_of(broken("\"camera\": \"cam\"", "\"camera\": \"x\""), "s"); });
+  expect_error(Status::kFormat, "lasers[0].camera",
+               [&] { laser_of(broken("\"camera\": \"cam\"", "\"camera\": \"x\""), "s"); });
   expect_error(Status::kFormat, "lasers[0].fan.point", [&] { laser_of(broken("[500, 1, 1501]", "[500, 1]"), "s"); });
   expect_error(Status::kFormat, "angle_scale", [&] { laser_of(broken("1.01", "0"), "s"); });
 }
@@ -149,8 +150,12 @@ TEST(Column, CovarianceAndModesAreWhatNoiseDoes) {
   int count = 0;
   for (int trial = 0; trial < 12; ++trial) {
     const std::vector<float> image = image_of_stripe(camera, plane, 100 + trial, 3);
-    const ImageView view{image.data(), ImageView::Type::kF32, camera.height, camera.width,
-                         static_cast<std::int64_t>(camera.width * sizeof(float)), sizeof(float)};
+    const ImageView view{image.data(),
+                         ImageView::Type::kF32,
+                         camera.height,
+                         camera.width,
+                         static_cast<std::int64_t>(camera.width * sizeof(float)),
+                         sizeof(float)};
     const Column c = make_column({}, camera, u, o, false, view, nullptr, reading + o.angle_sigma * normal(random), 0);
     for (Eigen::Index i = 0; i < c.points.rows(); ++i) {
       if (c.reason[static_cast<std::size_t>(i)] != 0) continue;

@@ -54,7 +54,7 @@ class Mirror:
 
 
 class Stripe(NamedTuple):
-    """image: (H, W). centre: (H,), column of the stripe in each row, NaN where it meets no lit skin. points: (H, 3), mm."""
+    """image: (H, W). centre: (H,), the stripe's column in each row, NaN: no lit skin there. points: (H, 3), mm."""
 
     image: np.ndarray
     centre: Array
