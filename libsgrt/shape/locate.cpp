@@ -123,32 +123,35 @@ void by_constellation(const Run& run, const LandmarkScene& scene, const Landmark
 // A patient's own skin tells the right match: where the patches lie on it.
 void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                 const std::vector<Match>& matches, LocatedLandmarks& out) {
-  double best = 0, second = 0;
+  PatchFit best;
+  double second = 0;  // evidence of the best at another pose
   std::size_t chosen = 0;
-  Pose pose;
   for (std::size_t i = 0; i < std::min(matches.size(), kTried); ++i) {
     const PatchFit fit = fit_patches(run, scene, model, matches[i].pose, kSparse);
-    if (fit.share > best) {
-      // A match that slid onto the same pose is no rival.
-      if (!alike(model, fit.live_from_model, pose)) second = best;
-      best = fit.share, pose = fit.live_from_model, chosen = i;
-    } else if (fit.share > second && !alike(model, fit.live_from_model, pose)) {
-      second = fit.share;
+    // A match that slid onto the same pose is no rival.
+    const bool same = best.evidence > 0 && alike(model, fit.live_from_model, best.live_from_model);
+    if (fit.evidence > best.evidence) {
+      if (!same) second = std::max(second, best.evidence);
+      best = fit, chosen = i;
+    } else if (!same) {
+      second = std::max(second, fit.evidence);
     }
   }
   if (!matches.empty()) note(matches, chosen, out);
-  out.score = best, out.runner_up_score = second;
-  if (best < kSkinFits) {
+  out.score = best.share;
+  out.runner_up_score = best.evidence > 0 ? best.share * second / best.evidence : 0;
+  if (best.share < kSkinFits) {
     not_found(out, "the reference's skin is not on the surface: " + std::to_string(out.candidates) +
-                       " places stand out, at best " + rounded(best) +
+                       " places stand out, at best " + rounded(best.share) +
                        " of the skin about the landmarks fits (at least " + rounded(kSkinFits) + " is needed)");
     return;
   }
-  if (second > kAmbiguous * best) {
-    not_found(out, "the skin about the landmarks fits in two ways (scores " + rounded(best) + " and " +
-                       rounded(second) + ")");
+  if (second > kAmbiguous * best.evidence) {
+    not_found(out, "the skin about the landmarks fits in two ways (scores " + rounded(out.score) + " and " +
+                       rounded(out.runner_up_score) + ")");
     return;
   }
+  const Pose& pose = best.live_from_model;
   const PatchFit fit = fit_patches(run, scene, model, pose, 1);
   out.live_from_model = fit.live_from_model;
   out.size = 1;
