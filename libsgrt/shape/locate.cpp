@@ -164,6 +164,7 @@ void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel&
 LocatedLandmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options) {
   check_model(model);
   LocatedLandmarks out;
+  out.names.reserve(model.points.size());
   for (const LandmarkPoint& p : model.points) out.names.push_back(p.name);
   out.points.resize(model.points.size());
   const LandmarkScene scene = make_landmark_scene(run, live, model.scale, options.noise);
