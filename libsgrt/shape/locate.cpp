@@ -103,12 +103,13 @@ void note(const std::vector<Match>& matches, std::size_t i, LocatedLandmarks& ou
 void by_constellation(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                       const std::vector<Match>& matches, const LocateOptions& options, LocatedLandmarks& out) {
   if (!matches.empty()) note(matches, 0, out);
-  if (matches.empty() || out.score < options.min_score || out.matched < options.min_points) {
+  // Curvature at a coarser scale than the model's tells landmarks apart less well.
+  const double least = std::min(0.95, options.min_score * std::max(1.0, std::sqrt(scene.scale / model.scale)));
+  if (matches.empty() || out.score < least || out.matched < options.min_points) {
     not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
                        " places stand out, of " + std::to_string(out.seen) + " landmarks in view " +
                        std::to_string(out.matched) + " match (score " + rounded(out.score) + ", at least " +
-                       rounded(options.min_score) + " and " + std::to_string(options.min_points) +
-                       " matches are needed)");
+                       rounded(least) + " and " + std::to_string(options.min_points) + " matches are needed)");
     return;
   }
   out.runner_up_score = matches.size() > 1 ? matches[1].score : 0;
