@@ -263,7 +263,7 @@ void sgrt_curvature_free(sgrt_curvature* result) {
 }
 
 const char* sgrt_curvature_reason_word(int32_t reason) {
-  return reason >= 0 && reason < kCurvatureReasons ? kReasons[reason] : "unknown";
+  return guard_text([&] { return reason >= 0 && reason < kCurvatureReasons ? kReasons[reason] : "unknown"; });
 }
 
 sgrt_status sgrt_curvature_summary(const sgrt_curvature* result, sgrt_curvature_info* info) {

@@ -63,6 +63,9 @@ void similarity(const std::vector<Pair>& pairs, double range, Pose* pose, double
 class Search {
  public:
   Search(const LandmarkScene& scene, const LandmarkModel& model) : scene_(scene), model_(model) {
+    for (auto* v : {&curved_, &shape_}) v->reserve(model.points.size());
+    sign_.reserve(model.points.size());
+    for (auto* v : {&candidate_curved_, &candidate_shape_, &stands_out_}) v->reserve(scene.candidates.size());
     for (const LandmarkPoint& p : model.points) {
       sign_.push_back(sign_of(p));
       curved_.push_back(curvedness(p.k1, p.k2));

@@ -133,6 +133,7 @@ LandmarkModel model_from_json(const char* text_begin, std::size_t size) {
   const Json& points = member(j, "points", "");
   if (!points.is_array()) refuse(std::string("points: expected an array, got ") + points.type_name());
   if (points.size() > kMaxLandmarks) refuse("points: " + std::to_string(points.size()) + ", expected 4 to 64");
+  m.points.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     m.points.push_back(point_of(points[i], "points[" + std::to_string(i) + "]."));
   check_model(m);

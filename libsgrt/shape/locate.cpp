@@ -103,12 +103,13 @@ void note(const std::vector<Match>& matches, std::size_t i, LocatedLandmarks& ou
 void by_constellation(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                       const std::vector<Match>& matches, const LocateOptions& options, LocatedLandmarks& out) {
   if (!matches.empty()) note(matches, 0, out);
-  if (matches.empty() || out.score < options.min_score || out.matched < options.min_points) {
+  // Curvature at a coarser scale than the model's tells landmarks apart less well.
+  const double least = std::min(0.95, options.min_score * std::max(1.0, std::sqrt(scene.scale / model.scale)));
+  if (matches.empty() || out.score < least || out.matched < options.min_points) {
     not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
                        " places stand out, of " + std::to_string(out.seen) + " landmarks in view " +
                        std::to_string(out.matched) + " match (score " + rounded(out.score) + ", at least " +
-                       rounded(options.min_score) + " and " + std::to_string(options.min_points) +
-                       " matches are needed)");
+                       rounded(least) + " and " + std::to_string(options.min_points) + " matches are needed)");
     return;
   }
   out.runner_up_score = matches.size() > 1 ? matches[1].score : 0;
@@ -123,32 +124,35 @@ void by_constellation(const Run& run, const LandmarkScene& scene, const Landmark
 // A patient's own skin tells the right match: where the patches lie on it.
 void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                 const std::vector<Match>& matches, LocatedLandmarks& out) {
-  double best = 0, second = 0;
+  PatchFit best;
+  double second = 0;  // evidence of the best at another pose
   std::size_t chosen = 0;
-  Pose pose;
   for (std::size_t i = 0; i < std::min(matches.size(), kTried); ++i) {
     const PatchFit fit = fit_patches(run, scene, model, matches[i].pose, kSparse);
-    if (fit.share > best) {
-      // A match that slid onto the same pose is no rival.
-      if (!alike(model, fit.live_from_model, pose)) second = best;
-      best = fit.share, pose = fit.live_from_model, chosen = i;
-    } else if (fit.share > second && !alike(model, fit.live_from_model, pose)) {
-      second = fit.share;
+    // A match that slid onto the same pose is no rival.
+    const bool same = best.evidence > 0 && alike(model, fit.live_from_model, best.live_from_model);
+    if (fit.evidence > best.evidence) {
+      if (!same) second = std::max(second, best.evidence);
+      best = fit, chosen = i;
+    } else if (!same) {
+      second = std::max(second, fit.evidence);
     }
   }
   if (!matches.empty()) note(matches, chosen, out);
-  out.score = best, out.runner_up_score = second;
-  if (best < kSkinFits) {
+  out.score = best.share;
+  out.runner_up_score = best.evidence > 0 ? best.share * second / best.evidence : 0;
+  if (best.share < kSkinFits) {
     not_found(out, "the reference's skin is not on the surface: " + std::to_string(out.candidates) +
-                       " places stand out, at best " + rounded(best) +
+                       " places stand out, at best " + rounded(best.share) +
                        " of the skin about the landmarks fits (at least " + rounded(kSkinFits) + " is needed)");
     return;
   }
-  if (second > kAmbiguous * best) {
-    not_found(out, "the skin about the landmarks fits in two ways (scores " + rounded(best) + " and " +
-                       rounded(second) + ")");
+  if (second > kAmbiguous * best.evidence) {
+    not_found(out, "the skin about the landmarks fits in two ways (scores " + rounded(out.score) + " and " +
+                       rounded(out.runner_up_score) + ")");
     return;
   }
+  const Pose& pose = best.live_from_model;
   const PatchFit fit = fit_patches(run, scene, model, pose, 1);
   out.live_from_model = fit.live_from_model;
   out.size = 1;
@@ -161,6 +165,7 @@ void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel&
 LocatedLandmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options) {
   check_model(model);
   LocatedLandmarks out;
+  out.names.reserve(model.points.size());
   for (const LandmarkPoint& p : model.points) out.names.push_back(p.name);
   out.points.resize(model.points.size());
   const LandmarkScene scene = make_landmark_scene(run, live, model.scale, options.noise);

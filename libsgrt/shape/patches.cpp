@@ -153,6 +153,7 @@ PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkM
     good += std::max(0.0, 1 - u * u);
   }
   out.share = good / std::max(all, kLeastMet * static_cast<double>(samples.size()));
+  out.evidence = good / std::max<double>(1, static_cast<double>(samples.size()));
   return out;
 }
 
