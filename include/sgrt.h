@@ -542,7 +542,7 @@ typedef struct sgrt_stereo_options {
   int32_t min_component;   /* groups of fewer connected points are rejected as ambiguous; default 30 */
   double volume_min_mm[3]; /* working volume, room axes; it decides the search range. Default -infinity ... */
   double volume_max_mm[3]; /* ... +infinity: wherever both cameras see */
-  double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.6 */
+  double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.8 */
   double max_left_right_px; /* left-right check; default 0.5 */
   double max_sigma_px;     /* matches with a larger predicted sigma are left out; default 0.1 (metrology). 1 covers weakly
                               textured skin and edges too, each point with its sigma */

@@ -11,7 +11,7 @@ namespace sgrt {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr int kAsked = 500;  // windows: the error of their mean is a few ten-thousandths of a pixel
+constexpr int kAsked = 250;  // windows: the error of their mean is below a thousandth of a pixel
 
 struct Off {
   double value = kNan, variance = kNan;

@@ -46,9 +46,9 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
           double sum = 0, sum2 = 0, expected = 0;
           const double side = own.window, moment = second_moment(own.window);
           const int reach = std::max(1, (own.window / 2 + grid.stride / 2) / grid.stride);
-          const int step = std::max(1, reach / 2);
-          for (int j = row - reach / step * step; j <= row + reach; j += step)
-            for (int i = column - reach / step * step; i <= column + reach; i += step) {
+          const int step = reach > 2 ? 2 : 1;  // the windows of direct neighbours are nearly the same
+          for (int j = row - reach; j <= row + reach; j += step)
+            for (int i = column - reach; i <= column + reach; i += step) {
               if (i < 0 || j < 0 || i >= grid.width || j >= grid.height) continue;
               ++asked;
               const std::int64_t q = static_cast<std::int64_t>(j) * grid.width + i;

@@ -130,7 +130,13 @@ def _print(out: Path, surface: Surface, pairs: list[dict[str, Any]], fusion: dic
     "max_sigma_px",
     type=float,
     metavar="PX",
-    help="Points with a larger sigma are left out; default 0.1. 1 covers weakly textured skin too.",
+    help="Points with a larger sigma are left out; default 0.1. 1 covers weakly textured skin and edges too.",
+)
+@click.option(
+    "--min-correlation",
+    type=float,
+    metavar="ZNCC",
+    help="Of an accepted match; default 0.8. 0.6 covers weak texture too.",
 )
 @click.option(
     "--prior", "prior_file", type=FILE, metavar="FILE", help="A surface (PLY): only what it shows is sought, near it."
@@ -146,6 +152,7 @@ def command(
     stride_px: int | None,
     window_px: int | None,
     max_sigma_px: float | None,
+    min_correlation: float | None,
     prior_file: Path | None,
     roi_file: Path | None,
     band_mm: float | None,
@@ -165,7 +172,8 @@ def command(
     check_out(out)
     rig = read_rig(rig_file)
     _check_pairs(rig, pairs, rig_file)
-    options: dict[str, Any] = {"stride_px": stride_px, "window_px": window_px, "max_sigma_px": max_sigma_px}
+    options: dict[str, Any] = {"stride_px": stride_px, "window_px": window_px}
+    options |= {"max_sigma_px": max_sigma_px, "min_correlation": min_correlation}
     options = {name: value for name, value in options.items() if value is not None}
     if volume:
         options |= {"volume_min_mm": volume[:3], "volume_max_mm": volume[3:]}
