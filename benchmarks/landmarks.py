@@ -2,10 +2,11 @@
 
     python benchmarks/landmarks.py [--shapes 20] [--poses 10]
 
-Each shape is the twin's head with every feature moved, scaled and resized by chance: another person. A view is a depth camera's
-(parallel rays, a point every `pitch` mm, noise along the ray), the head turned by up to 60 degrees about any axis. `head`: the model
-of any head. `own`: a model learnt from the person's own reference (a mesh with 0.1 mm noise), as in treatment. Truth: the extrema of the
-phantom's exact mean curvature; `again` compares with the reference's own points instead.
+Each shape is the twin's head with every feature moved, scaled and resized by chance: another person. A view is a
+depth camera's (parallel rays, a point every `pitch` mm, noise along the ray), the head turned by up to 60 degrees
+about any axis. `head`: the model of any head. `own`: a model learnt from the person's own reference (a mesh with 0.1 mm
+noise), as in treatment. Truth: the extrema of the phantom's exact mean curvature; `again` compares with the
+reference's own points instead.
 """
 
 from __future__ import annotations

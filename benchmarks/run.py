@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-NAMES = ("icp", "stereo", "project", "nurbs", "nurbs_fit", "calibration", "filter")
+NAMES = ("icp", "stereo", "project", "nurbs", "nurbs_fit", "calibration", "filter", "tof")
 
 
 def main() -> None:

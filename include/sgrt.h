@@ -542,9 +542,10 @@ typedef struct sgrt_stereo_options {
   int32_t min_component;   /* groups of fewer connected points are rejected as ambiguous; default 30 */
   double volume_min_mm[3]; /* working volume, room axes; it decides the search range. Default -infinity ... */
   double volume_max_mm[3]; /* ... +infinity: wherever both cameras see */
-  double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.8 */
+  double min_correlation;  /* ZNCC of an accepted match, above 0, below 1; default 0.6 */
   double max_left_right_px; /* left-right check; default 0.5 */
-  double max_sigma_px;     /* matches with a larger predicted sigma have no texture; default 0.1 */
+  double max_sigma_px;     /* matches with a larger predicted sigma are left out; default 0.1 (metrology). 1 covers weakly
+                              textured skin and edges too, each point with its sigma */
   double max_epipolar_px;  /* off the epipolar lines by more (RMS), the rig is out of calibration; default 0.1 */
 } sgrt_stereo_options;
 SGRT_API sgrt_status sgrt_stereo_options_init(sgrt_stereo_options *options, size_t size);
@@ -855,6 +856,9 @@ SGRT_API sgrt_status sgrt_tof_session_create(sgrt_context *context, const sgrt_r
  * it; after an error other than SGRT_E_NOT_FOUND it is NULL, and the session can go on. since 0.1 */
 SGRT_API sgrt_status sgrt_tof_session_push(sgrt_context *context, sgrt_tof_session *session, const sgrt_view *taps,
                                            double time_s, const sgrt_tof **result);
+/* A handle of its own on what a push lent: it shares the memory and outlives the next push, which then takes other memory. Free it with
+ * sgrt_tof_free; once no handle holds it the session uses it again. since 0.1 */
+SGRT_API sgrt_status sgrt_tof_keep(const sgrt_tof *lent, sgrt_tof **result);
 SGRT_API void sgrt_tof_session_free(sgrt_tof_session *session);
 typedef struct sgrt_stereo_prior_options {
   uint32_t struct_size;
@@ -2031,7 +2035,7 @@ typedef struct sgrt_calibration_tof_options {
   double board_mm[4];        /* the part of the board that is flat and bare: left, top, right, bottom in its plane. No default */
   double knot_spacing_mm;    /* of the range correction, 1 to 1e4; default 50 */
   double pixel_sigma_mm;     /* what the offset of a pixel may be; 0: no such term; default 10 */
-  sgrt_tof_options sensor;   /* how the frames are measured; its pixel_offset_mm is not used */
+  const sgrt_tof_options *sensor; /* how the frames are measured; its pixel_offset_mm is not used. NULL, the default: as sgrt_tof_measure does */
 } sgrt_calibration_tof_options;
 SGRT_API sgrt_status sgrt_calibration_tof_options_init(sgrt_calibration_tof_options *options, size_t size);
 

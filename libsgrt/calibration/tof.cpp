@@ -137,6 +137,7 @@ TofCalibration calibrate_tof(const Run& run, const Rig& rig, int unit, const std
     for (int x = 0; x < camera.width; ++x) rays.push_back(unproject(camera, Vec2(x, y)));
   }
   std::vector<TofSample> samples;
+  c.placements.reserve(placements.size());
   for (std::size_t i = 0; i < placements.size(); ++i) {
     run.poll(static_cast<double>(i) / static_cast<double>(placements.size()), "measuring the board");
     add_samples(*sensor.measure(run, placements[i].taps), rays, camera.centre_in_room(), placements[i],

@@ -76,6 +76,7 @@ std::vector<double> amplitude_knots(std::vector<float> amplitudes, int count) {
   const double low = quantile(kEnds), high = quantile(1 - kEnds);
   if (count < 2 || !(low > 0) || high < kLeastRatio * low) return {};
   std::vector<double> knots;
+  knots.reserve(static_cast<std::size_t>(count));
   for (double k : even_knots(std::log(low), std::log(high), std::log(high / low) / (count - 1)))
     knots.push_back(std::exp(k));
   return knots;
@@ -196,6 +197,7 @@ TofFit fit_tof(const std::vector<TofSample>& samples, std::size_t pixels, double
   double low = std::numeric_limits<double>::infinity(), high = -low;
   std::vector<float> amplitudes;
   amplitudes.reserve(samples.size());
+  f.weight.reserve(samples.size());
   for (const TofSample& s : samples) {
     low = std::min(low, static_cast<double>(s.range)), high = std::max(high, static_cast<double>(s.range));
     amplitudes.push_back(s.amplitude);
@@ -217,6 +219,8 @@ TofFit fit_tof(const std::vector<TofSample>& samples, std::size_t pixels, double
   out.range_knots = f.range.knots, out.range_error = f.range.value;
   out.amplitude_knots = f.amplitude.knots, out.amplitude_error = f.amplitude.value;
   const Eigen::VectorXd variance = f.range_information.inverse().diagonal();
+  out.range_sigma.reserve(static_cast<std::size_t>(variance.size()));
+  out.used.reserve(f.weight.size());
   for (const double v : variance) out.range_sigma.push_back(std::sqrt(v));
   if (f.has_offset) out.pixel_offset.assign(f.offset.begin(), f.offset.end());
   for (const double w : f.weight) out.used.push_back(w > 0 ? 1 : 0);

@@ -17,7 +17,6 @@ sgrt_calibration_tof_options default_options() {
   c.amplitude_knots = o.amplitude_knots;
   c.knot_spacing_mm = o.knot_spacing;
   c.pixel_sigma_mm = o.pixel_sigma;
-  c.sensor = to_c(TofOptions{});
   return c;
 }
 
@@ -57,6 +56,7 @@ void place(const Run& run, const Rig& rig, const sgrt_view* room_from_board, con
   std::vector<char> found(placements.size(), 0);
   for (const View& view : seen.bundle.views) found[static_cast<std::size_t>(view.placement)] = 1;
   std::vector<TofPlacement> kept;
+  kept.reserve(placements.size());
   for (std::size_t i = 0; i < placements.size(); ++i) {
     if (!found[i]) continue;
     placements[i].name = d.placements[i];
@@ -103,7 +103,7 @@ sgrt_status sgrt_calibration_tof(sgrt_context* context, const sgrt_rig* rig, con
     check_range(count, 1, 10'000, "count");
     const int unit = tof_index(rig->rig, tof_id);
     const sgrt_calibration_tof_options c = read_struct(options, default_options(), "options.struct_size");
-    const sgrt_tof_options sensor = read_struct(&c.sensor, to_c(TofOptions{}), "options.sensor.struct_size");
+    const sgrt_tof_options sensor = read_struct(c.sensor, to_c(TofOptions{}), "options.sensor.struct_size");
     const TofCalibrationOptions o = options_of(c);
     std::vector<TofPlacement> placements(static_cast<std::size_t>(count));
     for (std::size_t i = 0; i < placements.size(); ++i)

@@ -32,8 +32,8 @@
 #include "shape/curvature.hpp"
 #include "shape/locate.hpp"
 #include "stereo/stereo.hpp"
-#include "tof/tof.hpp"
 #include "surface/temporal.hpp"
+#include "tof/tof.hpp"
 #include "tracking/tracker.hpp"
 #include "volume/contours.hpp"
 
@@ -119,7 +119,7 @@ struct sgrt_landmark_model {
 };
 
 struct sgrt_landmarks {
-  sgrt::Landmarks landmarks;
+  sgrt::LocatedLandmarks landmarks;
   std::vector<double> positions, covariance, scores;
 };
 

@@ -146,8 +146,9 @@ void write_samples(const sgrt_curvature_samples& samples, const std::vector<Curv
 }
 
 const Eigen::VectorXd* numbers_of(const CurvatureField& f, std::int32_t field) {
-  const Eigen::VectorXd* all[] = {&f.k1,       &f.k2,       &f.mean,       &f.gauss,       &f.shape_index,       &f.curvedness,
-                                  &f.sigma_k1, &f.sigma_k2, &f.sigma_mean, &f.sigma_gauss, &f.sigma_shape_index, &f.radius};
+  const Eigen::VectorXd* all[] = {
+      &f.k1,       &f.k2,       &f.mean,       &f.gauss,       &f.shape_index,       &f.curvedness,
+      &f.sigma_k1, &f.sigma_k2, &f.sigma_mean, &f.sigma_gauss, &f.sigma_shape_index, &f.radius};
   return field >= SGRT_CURVATURE_K1 && field <= SGRT_CURVATURE_RADIUS ? all[field - SGRT_CURVATURE_K1] : nullptr;
 }
 
@@ -248,7 +249,8 @@ sgrt_status sgrt_curvature_compute(sgrt_context* context, const sgrt_surface* su
     need(result, "result");
     const CurvatureOptions o = from_c(read_struct(options, curvature_defaults(), "options.struct_size"));
     if (!surface->surface->has_normals())
-      refuse("surface", "a surface without normals", "normals, which say what is outward (see sgrt_surface_estimate_normals)");
+      refuse("surface", "a surface without normals",
+             "normals, which say what is outward (see sgrt_surface_estimate_normals)");
     auto handle = std::make_unique<sgrt_curvature>();
     handle->field = surface_curvature(run_of(context), *surface->surface, o);
     if (handle->field.known == 0) fail(Status::kInsufficientData, why_none(handle->field));
@@ -261,7 +263,7 @@ void sgrt_curvature_free(sgrt_curvature* result) {
 }
 
 const char* sgrt_curvature_reason_word(int32_t reason) {
-  return reason >= 0 && reason < kCurvatureReasons ? kReasons[reason] : "unknown";
+  return guard_text([&] { return reason >= 0 && reason < kCurvatureReasons ? kReasons[reason] : "unknown"; });
 }
 
 sgrt_status sgrt_curvature_summary(const sgrt_curvature* result, sgrt_curvature_info* info) {
@@ -309,7 +311,8 @@ sgrt_status sgrt_curvature_features(sgrt_context* context, const sgrt_surface* s
     if (!absent(crest)) lines = crests(run, s, f, sigmas);
     if (!absent(persistence)) {
       std::vector<double> values(f.reason.size(), std::numeric_limits<double>::quiet_NaN());
-      for (const Extremum& e : extrema(run, s, f, sigmas)) values[static_cast<std::size_t>(e.row)] = e.sign * e.persistence;
+      for (const Extremum& e : extrema(run, s, f, sigmas))
+        values[static_cast<std::size_t>(e.row)] = e.sign * e.persistence;
       write_view(*persistence, values.data());
     }
     if (!absent(crest)) write_view(*crest, lines.data());

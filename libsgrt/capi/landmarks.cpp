@@ -71,7 +71,7 @@ void need_outward(const Surface& s, const char* name) {
     refuse(name, "a surface without normals", "normals, which say what is outward (see sgrt_surface_estimate_normals)");
 }
 
-std::unique_ptr<sgrt_landmarks> result_handle(Landmarks landmarks) {
+std::unique_ptr<sgrt_landmarks> result_handle(LocatedLandmarks landmarks) {
   auto handle = std::make_unique<sgrt_landmarks>();
   const std::size_t n = landmarks.points.size();
   handle->positions.reserve(3 * n);
@@ -198,7 +198,7 @@ sgrt_status sgrt_landmarks_summary(const sgrt_landmarks* result, sgrt_landmarks_
     need(result, "result");
     need(info, "info");
     check_result(info, "info.struct_size");
-    const Landmarks& l = result->landmarks;
+    const LocatedLandmarks& l = result->landmarks;
     sgrt_landmarks_info i{};
     i.status = static_cast<sgrt_status>(l.status);
     i.point_count = static_cast<std::int32_t>(l.points.size());
@@ -242,7 +242,7 @@ sgrt_status sgrt_landmarks_array(const sgrt_landmarks* result, int32_t field, sg
 const char* sgrt_landmarks_text(const sgrt_landmarks* result, int32_t field, int32_t index) {
   return guard_text([&]() -> const char* {
     if (!result) return nullptr;
-    const Landmarks& l = result->landmarks;
+    const LocatedLandmarks& l = result->landmarks;
     switch (field) {
       case SGRT_LANDMARKS_NAME:
         return index >= 0 && static_cast<std::size_t>(index) < l.names.size()

@@ -230,6 +230,14 @@ sgrt_status sgrt_tof_session_push(sgrt_context* context, sgrt_tof_session* sessi
   });
 }
 
+sgrt_status sgrt_tof_keep(const sgrt_tof* lent, sgrt_tof** result) {
+  return guard([&] {
+    need(lent, "lent");
+    need(result, "result");
+    *result = new sgrt_tof(*lent);
+  });
+}
+
 void sgrt_tof_session_free(sgrt_tof_session* session) {
   guard([&] { delete session; });
 }

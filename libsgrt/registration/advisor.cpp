@@ -96,11 +96,14 @@ class Adviser {
     const Mat6 shape = unit.asDiagonal() * (o.sums.A - o.false_part) * unit.asDiagonal();
     const double sum = std::max(1e-12, (unit.asDiagonal() * o.sums.A * unit.asDiagonal()).diagonal().tail<3>().sum());
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(shape);
-    const Vec6 seen = eigen.eigenvalues().cwiseMax(kSlopeFloor * kSlopeFloor * sum);
-    const Mat6 inverse = unit.asDiagonal() *
-                         (eigen.eigenvectors() * seen.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose()) *
-                         unit.asDiagonal();
-    return inverse + inverse * o.reference_score * inverse;
+    const double least = kSlopeFloor * kSlopeFloor * sum;
+    const auto back = [&](const Vec6& values) -> Mat6 {
+      return unit.asDiagonal() * eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose() *
+             unit.asDiagonal();
+    };
+    const Vec6 inverse = eigen.eigenvalues().cwiseMax(least).cwiseInverse();
+    const Vec6 unseen = (eigen.eigenvalues().array() > least).select(0, inverse);
+    return back(inverse) * (o.live_score + o.reference_score) * back(inverse) + back(unseen);
   }
 
   std::shared_ptr<const Reference> prepared_;
@@ -168,7 +171,8 @@ Found propose(const Run& run, const Adviser& adviser, double most_share) {
       run, kGrid * kGrid, 1,
       [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t i = begin; i < end; ++i) {
-          const Vec2 at(static_cast<double>(i % kGrid) + 0.5, static_cast<double>(i / kGrid) + 0.5);
+          const std::int64_t row = i / kGrid, column = i % kGrid;
+          const Vec2 at(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
           Found& f = all[static_cast<std::size_t>(i)];
           f.ellipse = {low + side.cwiseProduct(at) / kGrid, radius, radius, 0};
           f.forecast = adviser.forecast(roi_of(f.ellipse));

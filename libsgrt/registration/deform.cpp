@@ -160,28 +160,6 @@ double length_of(const Mat6& covariance) {
   return std::sqrt(kTurnLever * kTurnLever * variance.head<3>().sum() + variance.tail<3>().sum());
 }
 
-// The pose error that coherent misfit of this rms makes: each patch with its neighbours is one draw.
-Mat6 structure_covariance(const Patches& patches, const Evidence& e, const std::vector<std::uint8_t>& marked,
-                          double structure, const Vec3& isocentre) {
-  std::vector<double> weights(patches.size());
-  for (std::size_t p = 0; p < patches.size(); ++p) weights[p] = marked[p];
-  const Mat6 inverse = information(e, weights, nullptr).ldlt().solve(Mat6::Identity());
-  Mat6 B = Mat6::Zero();
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    if (!marked[p]) continue;
-    Vec6 j = e.trust[p] * e.sums[p].j;
-    for (const std::int32_t q : patches.next[p]) {
-      const auto k = static_cast<std::size_t>(q);
-      if (marked[k]) j += e.trust[k] * e.sums[k].j;
-    }
-    B += structure * structure / (1 + static_cast<double>(patches.next[p].size())) * j * j.transpose();
-  }
-  Vec6 unit;
-  unit << Vec3::Constant(1 / patches.lever), Vec3::Ones();
-  const Mat6 to_iso = adjoint(Pose{Mat3::Identity(), patches.pivot - isocentre}) * Mat6(unit.asDiagonal());
-  return to_iso * inverse * B * inverse * to_iso.transpose();
-}
-
 // The rigid part with every doubt answered, or a status that says that it cannot be told.
 void solve_rigid(const Run& run, Scene& scene, const Vec3& isocentre, const Roi* roi, const Pose& start,
                  const DeformOptions& o, DeformResult& out) {

@@ -158,10 +158,12 @@ std::string misfit_of_size(const Reference& reference, const LivePoints& live) {
   const double a = reference.field.lever, b = live.lever;
   const auto of = [](double mm) { return text_of(std::round(1e4 * mm) / 1e4) + " mm"; };
   if (a > kThousand * b && b > 0) {
-    return "the live surface spreads by " + of(b) + ", the reference by " + of(a) + ": is the live one in metres?";
+    return "the live surface spreads by " + of(b) + ", the reference by " + of(a) +
+           ", near a factor of 1,000: is the live one in metres?";
   }
   if (b > kThousand * a) {
-    return "the reference spreads by " + of(a) + ", the live surface by " + of(b) + ": is the reference in metres?";
+    return "the reference spreads by " + of(a) + ", the live surface by " + of(b) +
+           ", near a factor of 1,000: is the reference in metres?";
   }
   if (a < kTinyBody && b < kTinyBody) {
     return "both surfaces spread by less than " + of(kTinyBody) + ": are they in metres?";

@@ -21,4 +21,8 @@ RigidPart find_rigid_part(const Run& run, const Field& field, const Patches& pat
 // Coherent rms height left in the patches marked, mm: from products of neighbours, in which noise averages out.
 double structure_of(const Patches& patches, const Evidence& evidence, const std::vector<std::uint8_t>& marked);
 
+// The pose error that coherent misfit of this rms makes: each patch with its neighbours is one draw.
+Mat6 structure_covariance(const Patches& patches, const Evidence& e, const std::vector<std::uint8_t>& marked,
+                          double structure, const Vec3& isocentre);
+
 }  // namespace sgrt

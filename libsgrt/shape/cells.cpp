@@ -72,18 +72,18 @@ double spacing_of(const Surface& surface) {
   return h > 0 ? h : cloud_spacing(surface);
 }
 
-std::int64_t Cells::axis_cell(int axis, double value) const {
+std::int64_t SkinCells::axis_cell(int axis, double value) const {
   const double at = std::floor((value - low[axis]) / size);
   if (!(at > 0)) return 0;
   return at >= static_cast<double>(count[axis]) ? count[axis] - 1 : static_cast<std::int64_t>(at);
 }
 
-std::int64_t Cells::cell_of(const Vec3& p) const {
+std::int64_t SkinCells::cell_of(const Vec3& p) const {
   return (axis_cell(2, p[2]) * count[1] + axis_cell(1, p[1])) * count[0] + axis_cell(0, p[0]);
 }
 
-Cells make_cells(const Surface& surface, double size) {
-  Cells c;
+SkinCells make_skin_cells(const Surface& surface, double size) {
+  SkinCells c;
   c.size = size;
   std::vector<std::int32_t> rows;
   rows.reserve(static_cast<std::size_t>(surface.size()));
@@ -164,7 +164,7 @@ Cells make_cells(const Surface& surface, double size) {
 namespace {
 
 // Means of the points of each cell.
-Surface thinned(const Cells& fine, std::vector<double>* weight) {
+Surface thinned(const SkinCells& fine, std::vector<double>* weight) {
   Surface s;
   std::vector<double> rows;
   rows.reserve(6 * fine.row.size());
@@ -193,15 +193,16 @@ Surface thinned(const Cells& fine, std::vector<double>* weight) {
 }  // namespace
 
 Pyramid make_pyramid(const Surface& surface, double spacing) {
-  constexpr double kSide = 2, kWide = 3.5, kBox = 2;  // of a cube over the spacing; of a disc, and of a cell, over a cube
+  constexpr double kSide = 2, kWide = 3.5,
+                   kBox = 2;  // of a cube over the spacing; of a disc, and of a cell, over a cube
   Pyramid p;
-  p.levels.push_back(make_cells(surface, kNodeCell * spacing));
+  p.levels.push_back(make_skin_cells(surface, kNodeCell * spacing));
   p.least_radius.push_back(0);
   double side = kSide * spacing;
   for (int k = 0; k < 5 && p.levels.back().size_of() > 200; ++k, side *= 2) {
     std::vector<double> weight;
     Surface all;
-    const Cells& fine = p.levels.back();
+    const SkinCells& fine = p.levels.back();
     // The level below, sorted anew into cubes.
     all.points.resize(fine.size_of(), 3);
     all.normals.resize(fine.size_of(), 3);
@@ -210,12 +211,13 @@ Pyramid make_pyramid(const Surface& surface, double spacing) {
       all.points.row(i) << fine.x[at], fine.y[at], fine.z[at];
       all.normals.row(i) << fine.nx[at], fine.ny[at], fine.nz[at];
     }
-    Cells cubes = make_cells(all, side);
+    SkinCells cubes = make_skin_cells(all, side);
     if (cubes.size > 1.01 * side) break;  // spread too wide
-    for (std::size_t i = 0; i < cubes.row.size(); ++i) cubes.weight[i] = fine.weight[static_cast<std::size_t>(cubes.row[i])];
+    for (std::size_t i = 0; i < cubes.row.size(); ++i)
+      cubes.weight[i] = fine.weight[static_cast<std::size_t>(cubes.row[i])];
     const Surface means = thinned(cubes, &weight);
     if (means.size() < 50) break;
-    Cells level = make_cells(means, kBox * side);
+    SkinCells level = make_skin_cells(means, kBox * side);
     for (std::size_t i = 0; i < level.row.size(); ++i) level.weight[i] = weight[static_cast<std::size_t>(level.row[i])];
     p.levels.push_back(std::move(level));
     p.least_radius.push_back(kWide * side);

@@ -10,17 +10,18 @@
 namespace sgrt {
 namespace {
 
-constexpr std::size_t kAnchors = 8;      // points of the model that triples are made of
-constexpr double kLeastSide = 10;        // mm, of a triple
-constexpr double kNormalArm = 12;        // mm: how much a normal weighs against a place
-constexpr double kLikeness = 0.7;        // sigma of the logarithm of a curvedness
-constexpr double kShape = 0.4;           // sigma of a shape index
-constexpr double kFacing = 0.4;          // cosine with the mean normal, from which a place should be in view
-constexpr double kMissing = 0.6;         // weight of a place that should be in view and is not
-constexpr double kPlaceSlack = 1.5;      // of the tolerated distance over sigma, while the body is still a rigid copy
-constexpr double kPeakSlack = 0.45;      // of the scale: how far noise may move an extremum
-constexpr std::size_t kKeep = 24;        // hypotheses that are refined
-constexpr double kDifferent = 15;        // mm rms between two different answers
+constexpr std::size_t kAnchors = 8;  // points of the model that triples are made of
+constexpr double kLeastSide = 10;    // mm, of a triple
+constexpr double kNormalArm = 12;    // mm: how much a normal weighs against a place
+constexpr double kLikeness = 0.7;    // sigma of the logarithm of a curvedness
+constexpr double kShape = 0.4;       // sigma of a shape index
+constexpr double kAlone = 0.5;       // persistence over H, of a candidate that counts in full
+constexpr double kFacing = 0.4;      // cosine with the mean normal, from which a place should be in view
+constexpr double kMissing = 0.6;     // weight of a place that should be in view and is not
+constexpr double kPlaceSlack = 1.5;  // of the tolerated distance over sigma, while the body is still a rigid copy
+constexpr double kPeakSlack = 0.45;  // of the scale: how far noise may move an extremum
+constexpr std::size_t kKeep = 24;    // hypotheses that are refined
+constexpr double kDifferent = 15;    // mm rms between two different answers
 constexpr double kLeastCosine = 0.4;
 
 int sign_of(const LandmarkPoint& p) {
@@ -61,7 +62,10 @@ void similarity(const std::vector<Pair>& pairs, double range, Pose* pose, double
 
 class Search {
  public:
-  Search(const Scene& scene, const LandmarkModel& model) : scene_(scene), model_(model) {
+  Search(const LandmarkScene& scene, const LandmarkModel& model) : scene_(scene), model_(model) {
+    for (auto* v : {&curved_, &shape_}) v->reserve(model.points.size());
+    sign_.reserve(model.points.size());
+    for (auto* v : {&candidate_curved_, &candidate_shape_, &stands_out_}) v->reserve(scene.candidates.size());
     for (const LandmarkPoint& p : model.points) {
       sign_.push_back(sign_of(p));
       curved_.push_back(curvedness(p.k1, p.k2));
@@ -70,6 +74,8 @@ class Search {
     for (const Candidate& c : scene.candidates) {
       candidate_curved_.push_back(curvedness(c.k1, c.k2));
       candidate_shape_.push_back(shape_of(c.k1, c.k2));
+      // A bump on a flank is less of a landmark than one that stands alone.
+      stands_out_.push_back(std::sqrt(std::min(1.0, c.persistence / (kAlone * std::abs(c.mean)))));
     }
     facing_ = Vec3::Zero();
     for (std::int64_t i = 0; i < scene.surface->size(); ++i) {
@@ -89,7 +95,8 @@ class Search {
       for (std::size_t j = i + 1; j < order.size(); ++j) {
         for (std::size_t k = j + 1; k < order.size(); ++k) {
           const std::array<std::size_t, 3> t = {order[i], order[j], order[k]};
-          if (distance(t[0], t[1]) > kLeastSide && distance(t[1], t[2]) > kLeastSide && distance(t[0], t[2]) > kLeastSide)
+          if (distance(t[0], t[1]) > kLeastSide && distance(t[1], t[2]) > kLeastSide &&
+              distance(t[0], t[2]) > kLeastSide)
             out.push_back(t);
         }
       }
@@ -112,7 +119,8 @@ class Search {
           Match m;
           similarity(pairs, model_.size_range, &m.pose, &m.size);
           bool upright = true;
-          for (const Pair& p : pairs) upright = upright && (m.pose.R * p.model_normal).dot(p.live_normal) > kLeastCosine;
+          for (const Pair& p : pairs)
+            upright = upright && (m.pose.R * p.model_normal).dot(p.live_normal) > kLeastCosine;
           if (!upright) continue;
           score(m, false);
           out.push_back(std::move(m));
@@ -155,7 +163,7 @@ class Search {
         if (k.sign != sign_[i] || d2 > 9 * s2 || k.n.dot(normal) < kLeastCosine) continue;
         const double like = std::log(candidate_curved_[c] / curved_[i]) / kLikeness;
         const double shape = (candidate_shape_[c] - shape_[i]) / kShape;
-        const double value = std::exp(-0.5 * d2 / s2 - 0.25 * like * like - 0.25 * shape * shape);
+        const double value = stands_out_[c] * std::exp(-0.5 * d2 / s2 - 0.25 * like * like - 0.25 * shape * shape);
         if (value > m.value[i]) m.value[i] = value, m.candidate[i] = static_cast<int>(c);
       }
       if (seen) {
@@ -207,16 +215,16 @@ class Search {
     return {p.position, scene_.candidates[c].x, p.normal, scene_.candidates[c].n, weight};
   }
 
-  const Scene& scene_;
+  const LandmarkScene& scene_;
   const LandmarkModel& model_;
   std::vector<int> sign_;
-  std::vector<double> curved_, candidate_curved_, shape_, candidate_shape_;
+  std::vector<double> curved_, candidate_curved_, shape_, candidate_shape_, stands_out_;
   Vec3 facing_;  // mean normal: towards the sensor; short on a closed body
 };
 
 }  // namespace
 
-std::vector<Match> best_matches(const Run& run, const Scene& scene, const LandmarkModel& model) {
+std::vector<Match> best_matches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model) {
   const Search search(scene, model);
   const auto triples = search.triples();
   std::vector<std::vector<Match>> found(triples.size());
@@ -232,7 +240,8 @@ std::vector<Match> best_matches(const Run& run, const Scene& scene, const Landma
       },
       "landmarks: poses");
   std::vector<Match> all;
-  for (auto& list : found) all.insert(all.end(), std::make_move_iterator(list.begin()), std::make_move_iterator(list.end()));
+  for (auto& list : found)
+    all.insert(all.end(), std::make_move_iterator(list.begin()), std::make_move_iterator(list.end()));
   std::stable_sort(all.begin(), all.end(), [](const Match& a, const Match& b) { return a.score > b.score; });
   std::vector<Match> kept;
   for (Match& m : all) {

@@ -1,5 +1,5 @@
-// The pose at which a model's points meet candidates of their kind. Alternatives are tried from every triple that could be
-// three of the model's points. docs/theory/landmarks.md eq. 6-8.
+// The pose at which a model's points meet candidates of their kind. Alternatives are tried from every triple that could
+// be three of the model's points. docs/theory/landmarks.md eq. 6-8.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@
 namespace sgrt {
 
 struct Match {
-  Pose pose;         // live from model, the model first scaled by size
+  Pose pose;  // live from model, the model first scaled by size
   double size = 1;
   double score = 0;  // 0 to 1, of the points whose place is seen
   int seen = 0, matched = 0;
@@ -24,6 +24,6 @@ struct Match {
 constexpr double kMatched = 0.25;  // value of a point that counts as matched
 
 // The best matches at different poses, best first.
-std::vector<Match> best_matches(const Run& run, const Scene& scene, const LandmarkModel& model);
+std::vector<Match> best_matches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model);
 
 }  // namespace sgrt

@@ -19,7 +19,8 @@ constexpr double kStraight = 0.993;  // cosine of the frame with the fit, below 
 constexpr double kOff = 0.05;        // as is one whose middle lies further from the fit, over the radius
 constexpr double kShrink = 0.7;      // of the disc at a border
 constexpr int kShrinks = 2;
-constexpr double kExact = 1e-9;      // curvature over the disc's radius that is rounding
+constexpr std::int64_t kAgainst = 4;  // one neighbour in so many has the opposite normal: they disagree
+constexpr double kExact = 1e-9;       // curvature over the disc's radius that is rounding
 constexpr std::int64_t kBlock = 256;
 
 void check(const Surface& surface, const CurvatureOptions& o) {
@@ -47,7 +48,7 @@ void make_room(CurvatureField& f, const Surface& surface) {
 
 Heights heights_of(const Run& run, const Surface& surface, const Pyramid& pyramid, double spacing,
                    const CurvatureOptions& o, double* median) {
-  const Cells& cells = pyramid.levels[0];
+  const SkinCells& cells = pyramid.levels[0];
   Heights h;
   if (o.noise > 0) {
     h.common = o.noise * o.noise * surface.correlation_points;
@@ -97,8 +98,7 @@ void spread(const Jet& jet, const Curvature& c, double variance, double bias2_me
   f.sigma_gauss[row] = 2 * std::sqrt(std::max(0.0, H * H * hh - 2 * H * D * hd + D * D * dd));
   const double length2 = H * H + D * D;
   if (length2 > 0)
-    f.sigma_shape_index[row] =
-        2 / kPi * std::sqrt(std::max(0.0, D * D * hh - 2 * H * D * hd + H * H * dd)) / length2;
+    f.sigma_shape_index[row] = 2 / kPi * std::sqrt(std::max(0.0, D * D * hh - 2 * H * D * hd + H * H * dd)) / length2;
 }
 
 class Field {
@@ -126,7 +126,7 @@ class Field {
 
   void fill() {
     const Pyramid pyramid = make_pyramid(surface_, f_.spacing);
-    const Cells& cells = pyramid.levels[0];
+    const SkinCells& cells = pyramid.levels[0];
     f_.duplicates = cells.duplicates;
     const Heights heights = heights_of(run_, surface_, pyramid, f_.spacing, o_, &f_.noise);
     const Scales scales = choose_scales(run_, pyramid, f_.spacing, o_, heights);
@@ -140,12 +140,12 @@ class Field {
     if (cells.duplicates > 0) copy_to_duplicates(cells);
   }
 
-  void at_point(JetFitter& fitter, const Cells& cells, const Scales& scales, const Heights& heights, std::int64_t i) {
+  void at_point(JetFitter& fitter, const SkinCells& cells, const Scales& scales, const Heights& heights,
+                std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     const std::int32_t row = cells.row[at];
     const Vec3 x(cells.x[at], cells.y[at], cells.z[at]), own(cells.nx[at], cells.ny[at], cells.nz[at]);
-    const Node& node =
-        scales.nodes[static_cast<std::size_t>(scales.node[static_cast<std::size_t>(cells.cell_of(x))])];
+    const Node& node = scales.nodes[static_cast<std::size_t>(scales.node[static_cast<std::size_t>(cells.cell_of(x))])];
     Vec3 normal = own, centre = x;
     double radius = o_.radius > 0 ? o_.radius : node.radius;
     if (node.found) {
@@ -161,7 +161,8 @@ class Field {
     Jet jet;
     for (int k = 0;; ++k) {
       jet = fitter.fit(centre, normal, radius);
-      const bool off = jet.fault == JetFault::kNone && (jet.normal.dot(normal) < kStraight || (jet.foot - centre).norm() > kOff * radius);
+      const bool off = jet.fault == JetFault::kNone &&
+                       (jet.normal.dot(normal) < kStraight || (jet.foot - centre).norm() > kOff * radius);
       if (off) {
         const Jet again = fitter.fit(jet.foot, jet.normal, radius);
         if (again.fault == JetFault::kNone) jet = again;
@@ -170,14 +171,15 @@ class Field {
       radius *= kShrink;
     }
     f_.radius[row] = radius;
-    std::int64_t all = 0, against = 0;
-    if (jet.fault != JetFault::kNone) {
+    if (jet.fault != JetFault::kNone || node.mixed) {
+      std::int64_t all = 0, against = 0;
       fitter.look(x, own, radius, &all, &against);
-      say(row, against > 0 && 4 * against >= all ? CurvatureReason::kDisagree
-               : jet.fault == JetFault::kTooFew  ? CurvatureReason::kTooFew
-               : jet.fault == JetFault::kBorder  ? CurvatureReason::kBorder
-                                                 : CurvatureReason::kNotASheet);
-      return;
+      if (against > 0 && kAgainst * against >= all) return say(row, CurvatureReason::kDisagree);
+    }
+    if (jet.fault != JetFault::kNone) {
+      return say(row, jet.fault == JetFault::kTooFew   ? CurvatureReason::kTooFew
+                      : jet.fault == JetFault::kBorder ? CurvatureReason::kBorder
+                                                       : CurvatureReason::kNotASheet);
     }
     if (own.dot(jet.normal) < -0.2) return say(row, CurvatureReason::kDisagree);
     write(jet, node, heights.of(row), radius, row);
@@ -202,13 +204,13 @@ class Field {
     f_.d1.row(row) = c.d1.transpose();
     f_.d2.row(row) = c.d2.transpose();
     const double zero = kExact / radius;
-    f_.hk[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(
-        hk_class(c.mean, c.gauss, 2 * f_.sigma_mean[row] + zero, 2 * f_.sigma_gauss[row] + zero * (zero + c.curvedness)));
+    f_.hk[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(hk_class(
+        c.mean, c.gauss, 2 * f_.sigma_mean[row] + zero, 2 * f_.sigma_gauss[row] + zero * (zero + c.curvedness)));
     say(row, CurvatureReason::kNone);
   }
 
   // Second points at a place get what the first one has.
-  void copy_to_duplicates(const Cells& cells) {
+  void copy_to_duplicates(const SkinCells& cells) {
     std::vector<std::uint8_t> kept(static_cast<std::size_t>(surface_.size()), 0);
     for (const std::int32_t row : cells.row) kept[static_cast<std::size_t>(row)] = 1;
     for (std::int64_t i = 0; i < surface_.size(); ++i) {

@@ -23,13 +23,13 @@ struct CurvatureOptions {
 // The numbers are those of SGRT_CURVATURE_... reasons in sgrt.h.
 enum class CurvatureReason : std::uint8_t {
   kNone = 0,
-  kAbsent = 1,      // no point
-  kNoNormal = 2,    // the point has no normal: what is outward is not known
-  kTooFew = 3,      // fewer neighbours than unknowns, or on a line
-  kBorder = 4,      // neighbours on one side only: a border or a hole
-  kDisagree = 5,    // neighbours in the same sheet have the opposite normal
-  kNotASheet = 6,   // the neighbours are no height over any plane
-  kTooNoisy = 7     // sigma of the mean curvature above max_sigma
+  kAbsent = 1,     // no point
+  kNoNormal = 2,   // the point has no normal: what is outward is not known
+  kTooFew = 3,     // fewer neighbours than unknowns, or on a line
+  kBorder = 4,     // neighbours on one side only: a border or a hole
+  kDisagree = 5,   // neighbours in the same sheet have the opposite normal
+  kNotASheet = 6,  // the neighbours are no height over any plane
+  kTooNoisy = 7    // sigma of the mean curvature above max_sigma
 };
 constexpr int kCurvatureReasons = 8;
 
@@ -37,8 +37,8 @@ struct CurvatureField {
   std::int64_t height = 0, width = 0;  // of the grid; 0 otherwise
   Eigen::VectorXd k1, k2, mean, gauss, shape_index, curvedness;
   Eigen::VectorXd sigma_k1, sigma_k2, sigma_mean, sigma_gauss, sigma_shape_index;
-  Eigen::VectorXd radius;       // mm, of the disc
-  Points normals, d1, d2;       // of the fitted surface
+  Eigen::VectorXd radius;  // mm, of the disc
+  Points normals, d1, d2;  // of the fitted surface
   std::vector<std::uint8_t> reason, hk;
   double spacing = std::numeric_limits<double>::quiet_NaN();  // mm: a point stands for its square
   double noise = std::numeric_limits<double>::quiet_NaN();    // mm: the median of the points' sigma that was used

@@ -20,7 +20,8 @@ std::vector<std::int32_t> neighbours_of(const Run& run, const Surface& surface, 
   std::vector<std::int32_t> out(static_cast<std::size_t>(n) * kNeighbours, -1);
   Points known = surface.points;
   for (std::int64_t i = 0; i < n; ++i) {
-    if (field.reason[static_cast<std::size_t>(i)] != 0) known.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+    if (field.reason[static_cast<std::size_t>(i)] != 0)
+      known.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
   const Nearest nearest(known);
   parallel_for(
@@ -50,9 +51,8 @@ void add_extrema(const CurvatureField& field, const std::vector<std::int32_t>& b
     if (field.reason[static_cast<std::size_t>(i)] == 0) order.push_back(static_cast<std::int32_t>(i));
   }
   const auto height = [&](std::int32_t i) { return sign * field.mean[i]; };
-  std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-    return height(a) != height(b) ? height(a) > height(b) : a < b;
-  });
+  std::sort(order.begin(), order.end(),
+            [&](std::int32_t a, std::int32_t b) { return height(a) != height(b) ? height(a) > height(b) : a < b; });
   std::vector<std::int32_t> parent(static_cast<std::size_t>(n), -1);
   const auto top = [&](std::int32_t i) {
     while (parent[static_cast<std::size_t>(i)] != i) {
@@ -118,8 +118,7 @@ std::vector<std::uint8_t> crests(const Run& run, const Surface& surface, const C
             sides[along > 0] = true;
             most = (ridge ? field.k1[j] : -field.k2[j]) < own;
           }
-          if (most && sides[0] && sides[1])
-            out[at] = static_cast<std::uint8_t>(ridge ? Crest::kRidge : Crest::kValley);
+          if (most && sides[0] && sides[1]) out[at] = static_cast<std::uint8_t>(ridge ? Crest::kRidge : Crest::kValley);
         }
       },
       "crests");

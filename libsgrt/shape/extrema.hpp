@@ -1,5 +1,6 @@
-// Extrema of the mean curvature with their persistence, and the crest lines where the skin is bent most: what can be found
-// again on a surface. Edelsbrunner, Letscher, Zomorodian (2002); Belyaev and Ohtake (2005). docs/theory/landmarks.md eq. 1-3.
+// Extrema of the mean curvature with their persistence, and the crest lines where the skin is bent most: what can be
+// found again on a surface. Edelsbrunner, Letscher, Zomorodian (2002); Belyaev and Ohtake (2005).
+// docs/theory/landmarks.md eq. 1-3.
 #pragma once
 
 #include <vector>

@@ -27,8 +27,7 @@ Curvature curvature_of_tensor(double a, double b, double c, const Vec3& normal, 
   out.k1 = out.mean + difference;
   out.k2 = out.mean - difference;
   out.curvedness = std::sqrt(0.5 * (out.k1 * out.k1 + out.k2 * out.k2));
-  out.shape_index =
-      out.k1 == 0 && out.k2 == 0 ? kNan : 2 / kPi * std::atan2(out.k1 + out.k2, out.k1 - out.k2);
+  out.shape_index = out.k1 == 0 && out.k2 == 0 ? kNan : 2 / kPi * std::atan2(out.k1 + out.k2, out.k1 - out.k2);
   out.normal = normal;
   // The direction of k1: twice its angle is that of (half, b).
   double cosine = 1, sine = 0;

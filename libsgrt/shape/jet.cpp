@@ -61,7 +61,8 @@ bool solve_jet(const double* u, const double* v, const double* w, const double* 
     const double a = u[i], b = v[i];
     row.template head<6>() << 1, a, b, a * a, a * b, b * b;
     row.template segment<4>(6) << a * a * a, a * a * b, a * b * b, b * b * b;
-    if constexpr (Size == 15) row.template tail<5>() << a * a * a * a, a * a * a * b, a * a * b * b, a * b * b * b, b * b * b * b;
+    if constexpr (Size == 15)
+      row.template tail<5>() << a * a * a * a, a * a * a * b, a * a * b * b, a * b * b * b, b * b * b * b;
     M.noalias() += row * row.transpose();
     g += row * w[i];
     ww += w[i] * w[i];
@@ -112,7 +113,7 @@ void JetFitter::gather(const Vec3& p, const Mat3& axes, double radius) {
   std::size_t level = 0;
   // The jets' higher terms would see the cubes.
   while (degree_ == 2 && level + 1 < pyramid_.levels.size() && radius >= pyramid_.least_radius[level + 1]) ++level;
-  const Cells& cells = pyramid_.levels[level];
+  const SkinCells& cells = pyramid_.levels[level];
   kernels::Disc disc;
   Eigen::Map<Vec3>(disc.centre) = p;
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(disc.axes) = axes;
@@ -192,7 +193,7 @@ JetFitter::Skin JetFitter::skin(const Vec3& p, const Vec3& normal, double radius
 }
 
 void JetFitter::look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const {
-  const Cells& cells = pyramid_.levels[0];
+  const SkinCells& cells = pyramid_.levels[0];
   *all = *against = 0;
   std::int64_t from[3], to[3];
   for (int k = 0; k < 3; ++k) {

@@ -14,13 +14,13 @@ enum class JetFault : std::uint8_t { kNone, kTooFew, kBorder, kNotASheet };
 
 struct Jet {
   JetFault fault = JetFault::kNone;
-  int count = 0;          // points in the disc
-  Vec3 normal, e1, e2;    // of the fitted surface at the place; unit, right-handed with the normal
-  Vec3 foot;              // on the fitted surface
-  double a, b, c;         // curvature tensor on e1, e2, 1/mm, convex positive
-  Mat3 covariance;        // of (a, b, c) for points with unit variance of height, 1/mm4
-  double foot_variance;   // of the foot along the normal, for unit variance
-  double residual;        // mm2, sum of squares about the fit
+  int count = 0;         // points in the disc
+  Vec3 normal, e1, e2;   // of the fitted surface at the place; unit, right-handed with the normal
+  Vec3 foot;             // on the fitted surface
+  double a, b, c;        // curvature tensor on e1, e2, 1/mm, convex positive
+  Mat3 covariance;       // of (a, b, c) for points with unit variance of height, 1/mm4
+  double foot_variance;  // of the foot along the normal, for unit variance
+  double residual;       // mm2, sum of squares about the fit
   int unknowns;
 };
 

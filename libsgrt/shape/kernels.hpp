@@ -14,8 +14,8 @@ struct Sheet {
 
 struct Disc {
   double centre[3];
-  double axes[9];  // rows: two of the tangent plane, then the normal
-  double radius;   // mm
+  double axes[9];       // rows: two of the tangent plane, then the normal
+  double radius;        // mm
   double least_cosine;  // of a point's normal with the frame's
 };
 
@@ -26,7 +26,8 @@ long gather_baseline(const Sheet& sheet, const Disc& disc, long begin, long end,
 long gather_avx2(const Sheet& sheet, const Disc& disc, long begin, long end, double* u, double* v, double* w,
                  double* one);
 
-// Weighted sums of the products of (1, u, v, g u^2, g u v, g v^2, w), g = 1 + w^2 / (u^2 + v^2) (eq. 11): the upper triangle row by row.
+// Weighted sums of the products of (1, u, v, g u^2, g u v, g v^2, w), g = 1 + w^2 / (u^2 + v^2) (eq. 11): the upper
+// triangle row by row.
 void moments_baseline(const double* u, const double* v, const double* w, const double* one, long n, double* sums);
 void moments_avx2(const double* u, const double* v, const double* w, const double* one, long n, double* sums);
 

@@ -1,5 +1,5 @@
-// Landmark models as text, schema "sgrt-landmark-model/1": id, scale_mm, size_range, patch_spacing_mm, patch_sigma_mm, and
-// points of name, position_mm, normal, k1_per_mm, k2_per_mm, sigma_mm and patch_mm.
+// Landmark models as text, schema "sgrt-landmark-model/1": id, scale_mm, size_range, patch_spacing_mm, patch_sigma_mm,
+// and points of name, position_mm, normal, k1_per_mm, k2_per_mm, sigma_mm and patch_mm.
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -72,7 +72,8 @@ void check_model(const LandmarkModel& m) {
   if (m.points.size() < 4 || m.points.size() > kMaxLandmarks)
     refuse("points: " + std::to_string(m.points.size()) + ", expected 4 to 64");
   if (!(m.scale > 0 && m.scale <= 50)) refuse("scale_mm: " + text_of(m.scale) + ", expected up to 50");
-  if (!(m.size_range >= 0 && m.size_range <= 0.5)) refuse("size_range: " + text_of(m.size_range) + ", expected 0 to 0.5");
+  if (!(m.size_range >= 0 && m.size_range <= 0.5))
+    refuse("size_range: " + text_of(m.size_range) + ", expected 0 to 0.5");
   if (!(m.patch_spacing >= 0 && m.patch_spacing <= 50)) refuse("patch_spacing_mm: expected 0 to 50");
   if (!(m.patch_sigma >= 0 && m.patch_sigma <= 50)) refuse("patch_sigma_mm: expected 0 to 50");
   for (std::size_t i = 0; i < m.points.size(); ++i) {
@@ -85,7 +86,8 @@ void check_model(const LandmarkModel& m) {
     if (!(std::abs(p.normal.norm() - 1) < 1e-3)) refuse(path + "normal: expected a unit vector");
     if (!(std::abs(p.k1) <= 100 && std::abs(p.k2) <= 100 && p.k1 >= p.k2 && p.k1 + p.k2 != 0))
       refuse(path + "k1_per_mm: expected at least k2_per_mm, their sum not 0");
-    if (!(p.sigma > 0 && p.sigma <= 100)) refuse(path + "sigma_mm: " + text_of(p.sigma) + ", expected above 0, up to 100");
+    if (!(p.sigma > 0 && p.sigma <= 100))
+      refuse(path + "sigma_mm: " + text_of(p.sigma) + ", expected above 0, up to 100");
     if (p.patch.rows() > 0 && !(p.patch.cwiseAbs().maxCoeff() <= kMaxCoordinate))
       refuse(path + "patch_mm: expected within 1e5 mm");
   }
@@ -131,6 +133,7 @@ LandmarkModel model_from_json(const char* text_begin, std::size_t size) {
   const Json& points = member(j, "points", "");
   if (!points.is_array()) refuse(std::string("points: expected an array, got ") + points.type_name());
   if (points.size() > kMaxLandmarks) refuse("points: " + std::to_string(points.size()) + ", expected 4 to 64");
+  m.points.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     m.points.push_back(point_of(points[i], "points[" + std::to_string(i) + "]."));
   check_model(m);

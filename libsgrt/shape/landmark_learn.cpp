@@ -11,16 +11,17 @@
 namespace sgrt {
 namespace {
 
-constexpr double kScale = 6;          // mm, least of a model's own
-constexpr double kApart = 12;         // mm between two points
-constexpr double kLeastCurved = 0.02; // 1/mm: flatter places are none
-constexpr double kPatchSpacing = 2;   // mm
-constexpr double kOwnSigma = 0.02;    // mm: how well a place of the reference is known to itself
-constexpr double kNear = 6;           // mm: how far the extremum of a finer scale may lie
+constexpr double kScale = 6;           // mm, least of a model's own
+constexpr double kApart = 12;          // mm between two points
+constexpr double kLeastCurved = 0.02;  // 1/mm: flatter places are none
+constexpr double kPatchSpacing = 2;    // mm
+constexpr double kOwnSigma = 0.02;     // mm: how well a place of the reference is known to itself
+constexpr double kNear = 6;            // mm: how far the extremum of a finer scale may lie
 constexpr int kLeastPoints = 4;
 
 // Smoothed points of the skin about x, about kPatchSpacing apart.
-Points patch_about(const Run& run, const Scene& scene, const Vec3& x, const Vec3& normal, double radius, double spacing) {
+Points patch_about(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, double radius,
+                   double spacing) {
   std::vector<Nearest::Hit> hits(4096);
   const int n = scene.nearest.neighbours(x, static_cast<int>(hits.size()), radius, hits.data());
   JetFitter fitter(run, scene.pyramid, 2);
@@ -38,8 +39,9 @@ Points patch_about(const Run& run, const Scene& scene, const Vec3& x, const Vec3
   return out;
 }
 
-// Moves a named landmark to the extremum at the finest scale that the reference's noise allows: the most bent one near it.
-void sharpen(const Run& run, const Scene& fine, Landmark& l, const Vec3& normal, int sign) {
+// Moves a named landmark to the extremum at the finest scale that the reference's noise allows: the most bent one near
+// it.
+void sharpen(const Run& run, const LandmarkScene& fine, Landmark& l, const Vec3& normal, int sign) {
   const Candidate* best = nullptr;
   double most = 0;
   for (const Candidate& c : fine.candidates) {
@@ -52,8 +54,8 @@ void sharpen(const Run& run, const Scene& fine, Landmark& l, const Vec3& normal,
   if (peak.found && (peak.x - l.position).norm() < kNear) l.position = peak.x;
 }
 
-void add_point(const Run& run, const Scene& scene, const LearnOptions& o, const std::string& name, const Vec3& x,
-               LandmarkModel& model) {
+void add_point(const Run& run, const LandmarkScene& scene, const LearnOptions& o, const std::string& name,
+               const Vec3& x, LandmarkModel& model) {
   const auto hit = scene.nearest.nearest(x, 5);
   if (hit.index < 0 || scene.field.reason[static_cast<std::size_t>(hit.index)] != 0) return;
   LandmarkPoint p;
@@ -73,16 +75,16 @@ LandmarkModel learn_model(const Run& run, const Surface& reference, const Landma
     fail(Status::kInvalidArgument, "count: " + std::to_string(o.count) + ", expected 4 to 64");
   require(o.scale >= 0 && o.scale <= 50, "scale_mm: expected 0 (chosen) or up to 50");
   require(o.patch >= 5 && o.patch <= 50, "patch_mm: expected 5 to 50");
-  const Scene scene = make_scene(run, reference, o.scale > 0 ? o.scale : kScale, 0);
+  const LandmarkScene scene = make_landmark_scene(run, reference, o.scale > 0 ? o.scale : kScale, 0);
   LandmarkModel model;
   model.id = named ? named->id + " of a reference" : "reference";
   model.scale = scene.scale;
   model.patch_spacing = std::max(kPatchSpacing, scene.spacing);
   model.patch_sigma = scene.noise > 0 ? scene.noise * 0.5 : 0;
   if (named) {
-    Landmarks found = locate(run, reference, *named, LocateOptions{});
+    LocatedLandmarks found = locate(run, reference, *named, LocateOptions{});
     if (found.status != Status::kOk) fail(found.status, found.message);
-    const Scene fine = make_scene(run, reference, std::max(2.6 * scene.spacing, 2.5), 0);
+    const LandmarkScene fine = make_landmark_scene(run, reference, std::max(2.6 * scene.spacing, 2.5), 0);
     for (std::size_t i = 0; i < found.points.size(); ++i) {
       Landmark& l = found.points[i];
       if (!l.found) continue;

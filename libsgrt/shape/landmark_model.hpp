@@ -1,5 +1,5 @@
-// What landmarks of a body look like: named points, each with its curvature and its place among the others, and how far both
-// may differ. Of any head, or made from a patient's own reference. docs/theory/landmarks.md, "Model".
+// What landmarks of a body look like: named points, each with its curvature and its place among the others, and how far
+// both may differ. Of any head, or made from a patient's own reference. docs/theory/landmarks.md, "Model".
 #pragma once
 
 #include <string>
@@ -20,10 +20,10 @@ struct LandmarkPoint {
 
 struct LandmarkModel {
   std::string id;
-  double scale = 6;           // mm: radius of the disc at which the curvatures hold
-  double size_range = 0;      // the body may be larger or smaller by this share
-  double patch_spacing = 0;   // mm, of the patches' points
-  double patch_sigma = 0;     // mm, of the reference's own surface under them
+  double scale = 6;          // mm: radius of the disc at which the curvatures hold
+  double size_range = 0;     // the body may be larger or smaller by this share
+  double patch_spacing = 0;  // mm, of the patches' points
+  double patch_sigma = 0;    // mm, of the reference's own surface under them
   std::vector<LandmarkPoint> points;
 };
 
@@ -40,9 +40,9 @@ LandmarkModel model_from_json(const char* text, std::size_t size);
 LandmarkModel head_model();
 
 struct LearnOptions {
-  int count = 12;        // of the most distinctive points, where none are named
-  double scale = 0;      // mm; 0: from the surface's noise
-  double patch = 14;     // mm, radius of a patch
+  int count = 12;     // of the most distinctive points, where none are named
+  double scale = 0;   // mm; 0: from the surface's noise
+  double patch = 14;  // mm, radius of a patch
 };
 
 // From a reference: its most distinctive points (p01, p02 ...), or those of `named`, which must be found on it. The

@@ -13,20 +13,20 @@ namespace sgrt {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kAmbiguous = 0.9;     // a runner-up so near the best
-constexpr double kScaleBias = 0.08;    // of the scale: an extremum of smoothed curvature is not that of the skin's own
+constexpr double kAmbiguous = 0.9;    // a runner-up so near the best
+constexpr double kScaleBias = 0.25;   // of the scale: an extremum of smoothed curvature is not that of the skin's own
 constexpr std::size_t kTried = 12;    // matches that are held against the reference's skin
 constexpr std::size_t kSparse = 5;    // first by every fifth of its points
 constexpr double kSkinFits = 0.5;     // share of the skin about the landmarks that must fit
 constexpr double kSame = 6;           // mm
-constexpr double kUsed = 0.1;          // value from which an extremum moves its landmark
-constexpr double kOffExtremum = 2.5;   // sigmas of its place: further away an extremum is another one
+constexpr double kUsed = 0.1;         // value from which an extremum moves its landmark
+constexpr double kOffExtremum = 2.5;  // sigmas of its place: further away an extremum is another one
 
 std::string rounded(double x) {
   return text_of(std::round(100 * x) / 100);
 }
 
-void not_found(Landmarks& out, const std::string& why) {
+void not_found(LocatedLandmarks& out, const std::string& why) {
   out.status = Status::kNotFound;
   out.message = why;
   out.live_from_model = {Mat3::Constant(kNan), Vec3::Constant(kNan)};
@@ -43,7 +43,8 @@ bool alike(const LandmarkModel& model, const Pose& a, const Pose& b) {
 
 // The place of a landmark of all patients: where the others let expect it, moved to the extremum of its kind, each by
 // its covariance (eq. 5).
-Landmark place_of(const Run& run, const Scene& scene, const LandmarkModel& model, const Match& match, std::size_t i) {
+Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkModel& model, const Match& match,
+                  std::size_t i) {
   const LandmarkPoint& p = model.points[i];
   Landmark out;
   const Vec3 normal = match.pose.R * p.normal;
@@ -91,7 +92,7 @@ Landmark place_of(const Run& run, const Scene& scene, const LandmarkModel& model
   return out;
 }
 
-void note(const std::vector<Match>& matches, std::size_t i, Landmarks& out) {
+void note(const std::vector<Match>& matches, std::size_t i, LocatedLandmarks& out) {
   out.score = matches[i].score;
   out.seen = matches[i].seen;
   out.matched = matches[i].matched;
@@ -99,15 +100,16 @@ void note(const std::vector<Match>& matches, std::size_t i, Landmarks& out) {
   out.live_from_model = matches[i].pose;
 }
 
-void by_constellation(const Run& run, const Scene& scene, const LandmarkModel& model, const std::vector<Match>& matches,
-                      const LocateOptions& options, Landmarks& out) {
+void by_constellation(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                      const std::vector<Match>& matches, const LocateOptions& options, LocatedLandmarks& out) {
   if (!matches.empty()) note(matches, 0, out);
-  if (matches.empty() || out.score < options.min_score || out.matched < options.min_points) {
+  // Curvature at a coarser scale than the model's tells landmarks apart less well.
+  const double least = std::min(0.95, options.min_score * std::max(1.0, std::sqrt(scene.scale / model.scale)));
+  if (matches.empty() || out.score < least || out.matched < options.min_points) {
     not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
                        " places stand out, of " + std::to_string(out.seen) + " landmarks in view " +
                        std::to_string(out.matched) + " match (score " + rounded(out.score) + ", at least " +
-                       rounded(options.min_score) + " and " + std::to_string(options.min_points) +
-                       " matches are needed)");
+                       rounded(least) + " and " + std::to_string(options.min_points) + " matches are needed)");
     return;
   }
   out.runner_up_score = matches.size() > 1 ? matches[1].score : 0;
@@ -116,38 +118,41 @@ void by_constellation(const Run& run, const Scene& scene, const LandmarkModel& m
                        rounded(out.runner_up_score) + ")");
     return;
   }
-  for (std::size_t i = 0; i < model.points.size(); ++i)
-    out.points[i] = place_of(run, scene, model, matches[0], i);
+  for (std::size_t i = 0; i < model.points.size(); ++i) out.points[i] = place_of(run, scene, model, matches[0], i);
 }
 
 // A patient's own skin tells the right match: where the patches lie on it.
-void by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const std::vector<Match>& matches,
-                Landmarks& out) {
-  double best = 0, second = 0;
+void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                const std::vector<Match>& matches, LocatedLandmarks& out) {
+  PatchFit best;
+  double second = 0;  // evidence of the best at another pose
   std::size_t chosen = 0;
-  Pose pose;
   for (std::size_t i = 0; i < std::min(matches.size(), kTried); ++i) {
     const PatchFit fit = fit_patches(run, scene, model, matches[i].pose, kSparse);
-    if (fit.share > best) {
-      // A match that slid onto the same pose is no rival.
-      if (!alike(model, fit.live_from_model, pose)) second = best;
-      best = fit.share, pose = fit.live_from_model, chosen = i;
-    } else if (fit.share > second && !alike(model, fit.live_from_model, pose)) {
-      second = fit.share;
+    // A match that slid onto the same pose is no rival.
+    const bool same = best.evidence > 0 && alike(model, fit.live_from_model, best.live_from_model);
+    if (fit.evidence > best.evidence) {
+      if (!same) second = std::max(second, best.evidence);
+      best = fit, chosen = i;
+    } else if (!same) {
+      second = std::max(second, fit.evidence);
     }
   }
   if (!matches.empty()) note(matches, chosen, out);
-  out.score = best, out.runner_up_score = second;
-  if (best < kSkinFits) {
+  out.score = best.share;
+  out.runner_up_score = best.evidence > 0 ? best.share * second / best.evidence : 0;
+  if (best.share < kSkinFits) {
     not_found(out, "the reference's skin is not on the surface: " + std::to_string(out.candidates) +
-                       " places stand out, at best " + rounded(best) + " of the skin about the landmarks fits (at least " +
-                       rounded(kSkinFits) + " is needed)");
+                       " places stand out, at best " + rounded(best.share) +
+                       " of the skin about the landmarks fits (at least " + rounded(kSkinFits) + " is needed)");
     return;
   }
-  if (second > kAmbiguous * best) {
-    not_found(out, "the skin about the landmarks fits in two ways (scores " + rounded(best) + " and " + rounded(second) + ")");
+  if (second > kAmbiguous * best.evidence) {
+    not_found(out, "the skin about the landmarks fits in two ways (scores " + rounded(out.score) + " and " +
+                       rounded(out.runner_up_score) + ")");
     return;
   }
+  const Pose& pose = best.live_from_model;
   const PatchFit fit = fit_patches(run, scene, model, pose, 1);
   out.live_from_model = fit.live_from_model;
   out.size = 1;
@@ -157,12 +162,13 @@ void by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, 
 
 }  // namespace
 
-Landmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options) {
+LocatedLandmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options) {
   check_model(model);
-  Landmarks out;
+  LocatedLandmarks out;
+  out.names.reserve(model.points.size());
   for (const LandmarkPoint& p : model.points) out.names.push_back(p.name);
   out.points.resize(model.points.size());
-  const Scene scene = make_scene(run, live, model.scale, options.noise);
+  const LandmarkScene scene = make_landmark_scene(run, live, model.scale, options.noise);
   out.scale = scene.scale;
   out.noise = scene.noise;
   out.candidates = static_cast<int>(scene.candidates.size());

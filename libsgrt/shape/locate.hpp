@@ -24,13 +24,13 @@ struct Landmark {
   double score = 0;    // 0 to 1: how well an extremum of its kind fits
 };
 
-struct Landmarks {
+struct LocatedLandmarks {
   Status status = Status::kOk;  // kNotFound: the numbers are NaN
   std::string message;
   std::vector<std::string> names;
   std::vector<Landmark> points;  // of the model's, in its order
   Pose live_from_model;
-  double size = 1;   // of the body over the model's
+  double size = 1;  // of the body over the model's
   double score = 0, runner_up_score = 0;
   double scale = 0;  // mm, radius at which curvature was taken
   double noise = 0;  // mm
@@ -38,6 +38,6 @@ struct Landmarks {
 };
 
 // The surface must have normals.
-Landmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options);
+LocatedLandmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options);
 
 }  // namespace sgrt

@@ -10,13 +10,13 @@ namespace sgrt {
 namespace {
 
 constexpr int kRounds = 12;
-constexpr double kFarthest = 8;     // mm of a patch point from the skin
-constexpr double kBeyond = 0.6;     // of a disc's radius
-constexpr double kTukey = 4;        // sigmas
-constexpr double kMovesApart = 0.03; // mm, sigma of a landmark's own motion against the others
-constexpr double kFits = 0.3;       // mm that shape may have changed
-constexpr double kLeastMet = 0.25;  // of the patch points that must lie on skin
-constexpr double kLeastShare = 0.4; // of a patch that must meet the skin
+constexpr double kFarthest = 8;       // mm of a patch point from the skin
+constexpr double kBeyond = 0.6;       // of a disc's radius
+constexpr double kTukey = 4;          // sigmas
+constexpr double kMovesApart = 0.02;  // mm, sigma of a landmark's own motion against the others
+constexpr double kFits = 0.3;         // mm that shape may have changed
+constexpr double kLeastMet = 0.25;    // of the patch points that must lie on skin
+constexpr double kLeastShare = 0.4;   // of a patch that must meet the skin
 
 struct Contact {
   bool met = false;
@@ -43,7 +43,7 @@ double reach_of(const LandmarkModel& model) {
   return count > 0 ? sum / count : 1;
 }
 
-std::vector<Contact> contacts(const Run& run, const Scene& scene, const LandmarkModel& model,
+std::vector<Contact> contacts(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                               const std::vector<Sample>& samples, const Pose& pose) {
   std::vector<Contact> out(samples.size());
   const double radius = std::max(2.6 * scene.spacing, 3.0);
@@ -51,7 +51,8 @@ std::vector<Contact> contacts(const Run& run, const Scene& scene, const Landmark
   const double own = scene.noise > 0 ? scene.noise * scene.noise * scene.surface->correlation_points : 0;
   // The discs reach beyond the patch, so that the points about it have their say too.
   const double reach = reach_of(model);
-  const double share = std::pow(scene.spacing / std::max(model.patch_spacing, 1e-3) * reach / (reach + kBeyond * radius), 2);
+  const double share =
+      std::pow(scene.spacing / std::max(model.patch_spacing, 1e-3) * reach / (reach + kBeyond * radius), 2);
   parallel_for(
       run, static_cast<std::int64_t>(samples.size()), 64,
       [&](std::int64_t begin, std::int64_t end) {
@@ -126,8 +127,8 @@ System system_of(const std::vector<Contact>& contacts, const Vec3& pivot) {
 
 }  // namespace
 
-PatchFit fit_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
-                     std::size_t stride) {
+PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                     const Pose& live_from_model, std::size_t stride) {
   PatchFit out{live_from_model, 0};
   const std::vector<Sample> samples = samples_of(model, stride);
   std::vector<Contact> met;
@@ -152,10 +153,11 @@ PatchFit fit_patches(const Run& run, const Scene& scene, const LandmarkModel& mo
     good += std::max(0.0, 1 - u * u);
   }
   out.share = good / std::max(all, kLeastMet * static_cast<double>(samples.size()));
+  out.evidence = good / std::max<double>(1, static_cast<double>(samples.size()));
   return out;
 }
 
-int place_by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& pose,
+int place_by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model, const Pose& pose,
                      std::vector<Landmark>& points) {
   const std::vector<Sample> samples = samples_of(model, 1);
   const std::vector<Contact> met = contacts(run, scene, model, samples, pose);

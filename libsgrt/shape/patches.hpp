@@ -13,14 +13,16 @@ namespace sgrt {
 // How well the patches lie on the skin: the share of those that lie there at all that do so within their noise.
 struct PatchFit {
   Pose live_from_model;
-  double share = 0;   // 0 to 1; 0 where too few lie on skin
+  double share = 0;     // 0 to 1, of the patch points that meet skin; small where few do
+  double evidence = 0;  // 0 to 1, of all
 };
 // Improves live_from_model by every stride-th patch point.
-PatchFit fit_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
-                     std::size_t stride);
+PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                     const Pose& live_from_model, std::size_t stride);
 
-// Position, covariance and found of each landmark whose patch meets the live skin at a pose that fits. Returns how many.
-int place_by_patches(const Run& run, const Scene& scene, const LandmarkModel& model, const Pose& live_from_model,
-                     std::vector<Landmark>& points);
+// Position, covariance and found of each landmark whose patch meets the live skin at a pose that fits. Returns how
+// many.
+int place_by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+                     const Pose& live_from_model, std::vector<Landmark>& points);
 
 }  // namespace sgrt

@@ -9,12 +9,12 @@
 namespace sgrt {
 namespace {
 
-constexpr double kStep = 1.25;        // of the ladder
+constexpr double kStep = 1.25;                       // of the ladder
 constexpr double kFirst[5] = {0, 0, 2.2, 2.8, 3.4};  // smallest radius over the spacing, by degree
-constexpr int kRungs = 16, kApart = 2;  // the drift is taken over so many rungs
-constexpr double kWidest = 0.8;          // radius of a disc over the smallest radius of curvature
-constexpr double kCaution = 2.5;        // weight of bias against noise: a sigma should mean noise first of all
-constexpr double kCredit = 0.6;         // of the bias that is reported: part of what is found is noise
+constexpr int kRungs = 16, kApart = 2;               // the drift is taken over so many rungs
+constexpr double kWidest = 0.8;                      // radius of a disc over the smallest radius of curvature
+constexpr double kCaution = 2.5;  // weight of bias against noise: a sigma should mean noise first of all
+constexpr double kCredit = 0.6;   // of the bias that is reported: part of what is found is noise
 constexpr std::int64_t kBlock = 16;
 
 struct Rung {
@@ -53,10 +53,10 @@ void climb(JetFitter& fitter, const Vec3& x, const Vec3& start, double variance,
   }
 }
 
-Vec3 mean_normal(const Cells& cells, std::int64_t cell) {
+Vec3 mean_normal(const SkinCells& cells, std::int64_t cell) {
   Vec3 sum = Vec3::Zero();
-  for (std::int64_t i = cells.begin[static_cast<std::size_t>(cell)]; i < cells.begin[static_cast<std::size_t>(cell) + 1];
-       ++i) {
+  for (std::int64_t i = cells.begin[static_cast<std::size_t>(cell)];
+       i < cells.begin[static_cast<std::size_t>(cell) + 1]; ++i) {
     const auto at = static_cast<std::size_t>(i);
     sum += Vec3(cells.nx[at], cells.ny[at], cells.nz[at]);
   }
@@ -66,7 +66,7 @@ Vec3 mean_normal(const Cells& cells, std::int64_t cell) {
 }
 
 // The point of the cell nearest its points' mean: away from the cell's corners, where two sheets may meet.
-std::int64_t middle_point(const Cells& cells, std::int64_t cell) {
+std::int64_t middle_point(const SkinCells& cells, std::int64_t cell) {
   const std::int64_t begin = cells.begin[static_cast<std::size_t>(cell)];
   const std::int64_t end = cells.begin[static_cast<std::size_t>(cell) + 1];
   Vec3 mean = Vec3::Zero();
@@ -115,9 +115,12 @@ class Chooser {
     rungs_.resize(cell_.size() * radii_.size());
     drifts_.resize(rungs_.size());
     const auto n = static_cast<std::int64_t>(cell_.size());
-    parallel_for(run_, n, kBlock, [&](std::int64_t a, std::int64_t b) { climb_block(a, b); }, "curvature: scales");
-    parallel_for(run_, n, 64, [&](std::int64_t a, std::int64_t b) { drift_block(a, b); }, "curvature: scales");
-    parallel_for(run_, n, 64, [&](std::int64_t a, std::int64_t b) { choose_block(a, b); }, "curvature: scales");
+    parallel_for(
+        run_, n, kBlock, [&](std::int64_t a, std::int64_t b) { climb_block(a, b); }, "curvature: scales");
+    parallel_for(
+        run_, n, 64, [&](std::int64_t a, std::int64_t b) { drift_block(a, b); }, "curvature: scales");
+    parallel_for(
+        run_, n, 64, [&](std::int64_t a, std::int64_t b) { choose_block(a, b); }, "curvature: scales");
     smooth();
     return std::move(out_);
   }
@@ -131,6 +134,10 @@ class Chooser {
       const auto at = static_cast<std::size_t>(p);
       out_.nodes[k].x = Vec3(cells_.x[at], cells_.y[at], cells_.z[at]);
       out_.nodes[k].normal = mean_normal(cells_, cell_[k]);
+      std::int64_t all = 0, against = 0;
+      const Vec3 own(cells_.nx[at], cells_.ny[at], cells_.nz[at]);
+      fitter.look(out_.nodes[k].x, own, cells_.size, &all, &against);
+      out_.nodes[k].mixed = 10 * against > all;
       climb(fitter, out_.nodes[k].x, out_.nodes[k].normal, heights_.of(cells_.row[at]), radii_,
             rungs_.data() + k * radii_.size());
     }
@@ -239,7 +246,7 @@ class Chooser {
 
   const Run& run_;
   const Pyramid& pyramid_;
-  const Cells& cells_;
+  const SkinCells& cells_;
   const CurvatureOptions& options_;
   const Heights& heights_;
   std::vector<double> radii_;
@@ -257,7 +264,7 @@ Scales choose_scales(const Run& run, const Pyramid& pyramid, double spacing, con
 }
 
 double measured_variance(const Run& run, const Pyramid& pyramid, double spacing, int degree) {
-  const Cells& cells = pyramid.levels[0];
+  const SkinCells& cells = pyramid.levels[0];
   constexpr std::int64_t kSamples = 600;
   const std::int64_t step = std::max<std::int64_t>(1, cells.size_of() / kSamples);
   const std::int64_t n = (cells.size_of() + step - 1) / step;

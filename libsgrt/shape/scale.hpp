@@ -20,9 +20,10 @@ struct Heights {
 // What holds in a cell.
 struct Node {
   bool found = false;
-  Vec3 x, foot, normal;  // foot: on the fitted surface
-  Mat3 tensor;        // 3 x 3, tangential
-  double radius = 0;  // mm
+  bool mixed = false;                       // normals of both signs in one sheet
+  Vec3 x, foot, normal;                     // foot: on the fitted surface
+  Mat3 tensor;                              // 3 x 3, tangential
+  double radius = 0;                        // mm
   double bias2_mean = 0, bias2_tensor = 0;  // squared bias expected of H and of the tensor (Frobenius), 1/mm2
 };
 

@@ -9,16 +9,16 @@
 namespace sgrt {
 namespace {
 
-constexpr double kWanted = 0.012;         // 1/mm, sigma of H
-constexpr double kWidest = 12;            // mm
-constexpr double kStandsOut = 2.5;        // sigmas of persistence
+constexpr double kWanted = 0.012;            // 1/mm, sigma of H
+constexpr double kWidest = 12;               // mm
+constexpr double kStandsOut = 2.5;           // sigmas of persistence
 constexpr std::size_t kMostCandidates = 40;  // of each sign
-constexpr double kAbout = 0.75;           // of the quadric through the curvature, over the scale
-constexpr double kGradient = 1.25;        // sigma of H's gradient times the scale, over sigma of H (eq. 5)
+constexpr double kAbout = 0.75;              // of the quadric through the curvature, over the scale
+constexpr double kGradient = 1.25;           // sigma of H's gradient times the scale, over sigma of H (eq. 5)
 
 }  // namespace
 
-Scene make_scene(const Run& run, const Surface& surface, double scale, double noise) {
+LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double scale, double noise) {
   Surface own;
   const Surface* used = &surface;
   if (noise > 0) {
@@ -29,9 +29,10 @@ Scene make_scene(const Run& run, const Surface& surface, double scale, double no
   }
   const Grain grain = grain_of(run, *used);
   if (!(grain.spacing > 0)) fail(Status::kInsufficientData, "the surface has too few points for landmarks");
-  Scene s{&surface, grain.spacing, grain.noise, scale, {}, {}, Nearest(surface.points), {}};
+  LandmarkScene s{&surface, grain.spacing, grain.noise, scale, {}, {}, Nearest(surface.points), {}};
   const double sigma = grain.noise > 0 ? grain.noise * std::sqrt(surface.correlation_points) : 0;
-  s.scale = std::max({scale, 2.6 * grain.spacing, std::min(kWidest, std::cbrt(3.91 * sigma * grain.spacing / kWanted))});
+  s.scale =
+      std::max({scale, 2.6 * grain.spacing, std::min(kWidest, std::cbrt(3.91 * sigma * grain.spacing / kWanted))});
   CurvatureOptions o;
   o.radius = s.scale;
   o.max_sigma = 1;
@@ -48,7 +49,7 @@ Scene make_scene(const Run& run, const Surface& surface, double scale, double no
   return s;
 }
 
-Peak polish(const Run& run, const Scene& scene, const Vec3& x, const Vec3& normal, int sign) {
+Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, int sign) {
   Peak peak;
   const double reach = kAbout * scene.scale;
   const Vec3 e1 = normal.unitOrthogonal(), e2 = normal.cross(e1);
@@ -64,7 +65,8 @@ Peak polish(const Run& run, const Scene& scene, const Vec3& x, const Vec3& norma
     sigma = 0;
     for (int k = 0; k < n; ++k) {
       const std::int64_t i = hits[static_cast<std::size_t>(k)].index;
-      if (scene.field.reason[static_cast<std::size_t>(i)] != 0 || scene.field.normals.row(i).dot(normal) < 0.2) continue;
+      if (scene.field.reason[static_cast<std::size_t>(i)] != 0 || scene.field.normals.row(i).dot(normal) < 0.2)
+        continue;
       const Vec3 d = (scene.surface->point(i) - at) / reach;
       const double u = d.dot(e1), v = d.dot(e2);
       Vec6 row;
@@ -92,7 +94,8 @@ Peak polish(const Run& run, const Scene& scene, const Vec3& x, const Vec3& norma
     if (round == 0 && !(eigen.eigenvalues()[0] < 0)) return peak;
     at += reach * (step[0] * e1 + step[1] * e2);
     if ((at - x).norm() > 1.5 * reach) return peak;
-    const JetFitter::Skin skin = JetFitter(run, scene.pyramid, 2).skin(at, normal, std::max(0.6 * scene.scale, 2.5 * scene.spacing));
+    const JetFitter::Skin skin =
+        JetFitter(run, scene.pyramid, 2).skin(at, normal, std::max(0.6 * scene.scale, 2.5 * scene.spacing));
     if (!skin.found) return peak;
     at = skin.foot;
     peak.covariance = skin.variance * scene.noise * scene.noise * normal * normal.transpose();

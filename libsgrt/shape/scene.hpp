@@ -17,7 +17,7 @@ struct Candidate {
   double persistence;
 };
 
-struct Scene {
+struct LandmarkScene {
   const Surface* surface;
   double spacing, noise, scale;  // mm
   CurvatureField field;
@@ -28,7 +28,7 @@ struct Scene {
 
 // scale: the least radius of the curvature; it is widened until the noise leaves a sigma of kWanted. noise: 0 for the
 // surface's own or what is measured.
-Scene make_scene(const Run& run, const Surface& surface, double scale, double noise);
+LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double scale, double noise);
 
 // The extremum of sign * H near x, by a quadric through the curvature about it; covariance of the noise. found: false
 // where there is no extremum within reach.
@@ -37,6 +37,6 @@ struct Peak {
   Vec3 x;
   Mat3 covariance;
 };
-Peak polish(const Run& run, const Scene& scene, const Vec3& x, const Vec3& normal, int sign);
+Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, int sign);
 
 }  // namespace sgrt

@@ -59,7 +59,12 @@ Reason refine_alone(const Matcher& matcher, const MatchWork& work, int x, int y,
     if (best.d == best.d && std::abs(tried.d - best.d) < 0.5F) continue;  // the same surface again
     tried.c20 = node.c20, tried.c11 = node.c11, tried.c02 = node.c02, tried.gain = node.gain;
     const bool small = work.near_edge[n] != 0 || bending_of(work.window, node) > 1.5F * kBent;
-    const Reason r = matcher.solve(x, y, tried, 2, small ? small_window(work.window) : work.window);
+    const RowMatch start = tried;
+    Reason r = matcher.solve(x, y, tried, 2, small ? small_window(work.window) : node.window);
+    if (small && work.near_edge[n] != kTornEdge && r != Reason::kNone) {
+      tried = start;
+      r = matcher.solve(x, y, tried, 2, node.window);
+    }
     if (r == Reason::kNone && (reason != Reason::kNone || tried.correlation > best.correlation)) {
       reason = r, best = tried;
     } else if (reason == Reason::kNoMatch) {
@@ -247,6 +252,7 @@ void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage
   work.epipolar =
       check_epipolar(run, left, work.warp, grid, options.window, matcher.damping, field, work.epipolar_work);
   explain_unmatched(run, matcher.left, coarse, grid, options, work.noise, field);
+  tell_occluded(grid, right.value.width, work.share, field);
 }
 
 }  // namespace sgrt

@@ -13,12 +13,15 @@
 
 namespace sgrt {
 
+// What lies within the reach of a node's window: a hole, perhaps the object's outline; two surfaces.
+constexpr std::uint8_t kOutline = 1, kTornEdge = 2;
+
 struct MatchWork {
   Grid nodes;
   MatchField field;  // of the nodes
   std::vector<kernels::RowMatch> fresh;
   std::vector<Cell> cells;
-  std::vector<std::uint8_t> near_edge;  // of each node
+  std::vector<std::uint8_t> near_edge;  // of each node: 0, kOutline or kTornEdge
   WarpWork warp;
   std::vector<std::int64_t> seen;  // left-right: the grid point that each cell of the right image belongs to
   std::vector<float> noise;

@@ -32,6 +32,11 @@ inline Reason reason_of(int outcome) {
   }
 }
 
+// Weakly textured skin: a window of nearly four times the area.
+inline int large_window(int window) {
+  return std::min(41, 2 * window - 1);
+}
+
 inline int small_window(int window) {
   return std::max(9, (window * 3 / 5) | 1);
 }
@@ -56,7 +61,7 @@ struct Matcher {
         options(o),
         rounding(l.rounding + r.rounding),
         damping(static_cast<float>(noise_damping(l.noise_gain, r.noise_gain))),
-        min_variance(12 * std::max(l.rounding, r.rounding)),
+        min_variance(4 * std::max(l.rounding, r.rounding)),
         refine(run.isa == Isa::kAvx2 ? kernels::refine_row_avx2 : kernels::refine_row_baseline) {}
 
   // A single line in the window, of a rim or a shadow, matches to any precision, but says nothing of a surface.

@@ -108,7 +108,13 @@ void grow(const Run& run, const Matcher& matcher, const Grid& grid, MatchField& 
           for (std::int64_t w = begin; w < end; ++w) {
             const std::int64_t k = field.wave[w], from = field.tried[k];
             RowMatch match = extrapolate(matches[from], grid.x(k) - grid.x(from), grid.y(k) - grid.y(from));
-            field.labels[w] = static_cast<std::int64_t>(matcher.solve(grid.x(k), grid.y(k), match, 2));
+            Reason reason = matcher.solve(grid.x(k), grid.y(k), match, 2);
+            if (reason == Reason::kNoTexture || reason == Reason::kNoMatch) {  // weak: what a larger window holds
+              RowMatch wide = extrapolate(matches[from], grid.x(k) - grid.x(from), grid.y(k) - grid.y(from));
+              const Reason r = matcher.solve(grid.x(k), grid.y(k), wide, 2, large_window(matcher.options.window));
+              if (r == Reason::kNone) reason = r, match = wide;
+            }
+            field.labels[w] = static_cast<std::int64_t>(reason);
             // Written where no other point of this wave reads: points of a wave are unsolved.
             matches[k] = match;
           }
@@ -147,15 +153,15 @@ void bend(const Run& run, MatchWork& work) {
 }
 
 // A torn cell, or one that has a surface on one side and none on the other: there a window shows the object's outline.
-bool borders(const MatchWork& work, std::int64_t cell) {
-  if (work.cells[cell] != Cell::kOpen) return work.cells[cell] == Cell::kTorn;
+std::uint8_t border_of(const MatchWork& work, std::int64_t cell) {
+  if (work.cells[cell] != Cell::kOpen) return work.cells[cell] == Cell::kTorn ? kTornEdge : 0;
   const std::int64_t corner[4] = {cell, cell + 1, cell + work.nodes.width, cell + work.nodes.width + 1};
   bool some = false, none = false;
   for (const std::int64_t k : corner) {
     some = some || work.field.reason[k] == Reason::kNone;
     none = none || (work.field.reason[k] != Reason::kNone && work.field.reason[k] != Reason::kOutOfView);
   }
-  return some && none;
+  return some && none ? kOutline : 0;
 }
 
 // Nodes of which a torn cell lies within the reach of a window.
@@ -165,10 +171,12 @@ void find_edges(int window, MatchWork& work) {
   work.near_edge.assign(n.size(), 0);
   for (int j = 0; j + 1 < n.height; ++j)
     for (int i = 0; i + 1 < n.width; ++i) {
-      if (!borders(work, static_cast<std::int64_t>(j) * n.width + i)) continue;
+      const std::uint8_t kind = border_of(work, static_cast<std::int64_t>(j) * n.width + i);
+      if (kind == 0) continue;
       for (int v = std::max(0, j - reach + 1); v <= std::min(n.height - 1, j + reach); ++v)
         for (int u = std::max(0, i - reach + 1); u <= std::min(n.width - 1, i + reach); ++u)
-          work.near_edge[static_cast<std::size_t>(v) * n.width + u] = 1;
+          if (std::uint8_t& edge = work.near_edge[static_cast<std::size_t>(v) * n.width + u]; edge != kTornEdge)
+            edge = kind;
     }
 }
 
@@ -193,7 +201,7 @@ void sharpen(const Run& run, const Matcher& matcher, const RectifiedImage& left,
         for (std::int64_t k = begin; k < end; ++k) {
           if (work.sharp[k] == 0) continue;
           RowMatch &m = work.field.matches[k], &fresh = work.fresh[k];
-          bool sound = work.near_edge[k] == 0 && fresh.outcome == kernels::kConverged &&
+          bool sound = work.near_edge[k] != kTornEdge && fresh.outcome == kernels::kConverged &&
                        fresh.correlation >= matcher.options.min_correlation && std::abs(fresh.d - m.d) < kFar;
           if (!sound) {
             fresh = m;

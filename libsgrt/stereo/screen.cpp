@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/parallel.hpp"
 #include "stereo/bend.hpp"
@@ -41,7 +42,7 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
           if (field.reason[k] != Reason::kNone) continue;
           RowMatch& own = field.matches[k];
           const int column = static_cast<int>(k % grid.width), row = static_cast<int>(k / grid.width);
-          int asked = 0, solved = 0;
+          int asked = 0, solved = 0, blank = 0;
           double sum = 0, sum2 = 0, expected = 0;
           const double side = own.window, moment = second_moment(own.window);
           const int reach = std::max(1, (own.window / 2 + grid.stride / 2) / grid.stride);
@@ -51,6 +52,7 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
               if (i < 0 || j < 0 || i >= grid.width || j >= grid.height) continue;
               ++asked;
               const std::int64_t q = static_cast<std::int64_t>(j) * grid.width + i;
+              blank += field.reason[q] == Reason::kNoTexture ? 1 : 0;
               if (field.reason[q] != Reason::kNone) continue;
               const RowMatch& m = field.matches[q];
               const double x = (i - column) * grid.stride, y = (j - row) * grid.stride;
@@ -63,7 +65,8 @@ void judge_neighbourhood(const Run& run, const Grid& grid, const StereoOptions& 
               sum += off, sum2 += off * off;
               expected += variance_of_noise(m) * (1 - rho) * (2 + (x * x + y * y) / moment);
             }
-          if (3 * solved < 2 * asked) field.labels[k] = 1;
+          // What has no texture pulls at nothing, but must not be most of it.
+          if (3 * solved < 2 * (asked - blank) || 3 * solved < asked) field.labels[k] = 1;
           // No other point reads this member.
           // A window's match is about the mean of what it shows: the mean excess moves it, the scatter a little.
           const double n = std::max(1, solved), mean = sum / n;
@@ -125,6 +128,30 @@ void explain_unmatched(const Run& run, const kernels::Plane& left, const CoarseM
             field.reason[k] = explain(left, grid.x(k), grid.y(k), options.window / 2, typical);
       },
       "checking");
+}
+
+void tell_occluded(const Grid& grid, int right_width, std::vector<float>& front, MatchField& field) {
+  const int columns = right_width / grid.stride + 1;
+  const auto column_of = [&](float x) { return std::clamp(static_cast<int>(x) / grid.stride, 0, columns - 1); };
+  for (int j = 0; j < grid.height; ++j) {
+    const std::int64_t row = static_cast<std::int64_t>(j) * grid.width;
+    front.assign(static_cast<std::size_t>(columns), -std::numeric_limits<float>::infinity());
+    for (std::int64_t k = row; k < row + grid.width; ++k) {
+      if (field.reason[k] != Reason::kNone) continue;
+      float& nearest = front[column_of(static_cast<float>(grid.x(k)) - field.matches[k].d)];
+      nearest = std::max(nearest, field.matches[k].d);
+    }
+    std::int64_t behind = -1;
+    for (std::int64_t k = row; k < row + grid.width; ++k) {
+      if (field.reason[k] == Reason::kNone) behind = k;
+      if (field.reason[k] != Reason::kNoMatch || behind < 0) continue;
+      const RowMatch& m = field.matches[behind];
+      const float d = m.d + m.a * static_cast<float>(grid.x(k) - grid.x(behind));
+      const int at = column_of(static_cast<float>(grid.x(k)) - d);
+      for (int c = std::max(0, at - 1); c <= std::min(columns - 1, at + 1); ++c)
+        if (front[c] > d + 2) field.reason[k] = Reason::kOccluded;
+    }
+  }
 }
 
 }  // namespace sgrt

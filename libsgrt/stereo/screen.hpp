@@ -21,4 +21,8 @@ void remove_islands(const CoarseMap& coarse, const Grid& grid, const StereoOptio
 void explain_unmatched(const Run& run, const kernels::Plane& left, const CoarseMap& coarse, const Grid& grid,
                        const StereoOptions& options, std::vector<float>& noise, MatchField& field);
 
+// Unmatched windows whose place in the right image, carried on from the surface on their left, a nearer part of the
+// surface covers: the right camera stands on the right, so that it is the background left of an outline that it misses.
+void tell_occluded(const Grid& grid, int right_width, std::vector<float>& front, MatchField& field);
+
 }  // namespace sgrt

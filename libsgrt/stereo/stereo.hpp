@@ -22,7 +22,7 @@ struct StereoOptions {
   int min_component = 30;                                                      // points
   Vec3 volume_min = Vec3::Constant(-std::numeric_limits<double>::infinity());  // room, mm
   Vec3 volume_max = Vec3::Constant(std::numeric_limits<double>::infinity());
-  double min_correlation = 0.8;
+  double min_correlation = 0.6;
   double max_left_right = 0.5;  // px
   double max_epipolar = 0.1;    // px
   double max_sigma = 0.1;       // px

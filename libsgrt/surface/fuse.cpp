@@ -90,6 +90,18 @@ std::vector<FieldDistance> look_up(const Run& run, const Surface& at, const Fiel
   return found;
 }
 
+// x lies beyond the last sample of the field: further than a third of a step, and with no neighbour on its side. The
+// reach of a border sample goes 1.4 steps out; dropping what lies there would leave a gap.
+bool past_border(const Field& field, std::int64_t i, const Vec3& x) {
+  const Vec3 n = field.surface->normal(i), q = field.surface->point(i);
+  const Vec3 off = (x - q) - n.dot(x - q) * n;
+  if (off.norm() < 0.3 * field.reach[i]) return false;
+  for (const std::int32_t j : field.ring.row(i)) {
+    if (j >= 0 && off.dot(field.surface->point(j) - q) > 0.5 * off.squaredNorm()) return false;
+  }
+  return true;
+}
+
 // Moves point i of `fused` to the weighted mean of it and the later surface's foot (eq. 8).
 void merge(Surface& fused, std::int64_t i, const FieldDistance& f, const Surface& later, const Carried& c) {
   double share = 0.5;  // of the later surface
@@ -164,7 +176,12 @@ Fusion fuse(const Run& run, const std::vector<const Surface*>& surfaces, const F
     if (later.size() == 0) continue;
     std::vector<std::int64_t> alone;
     if (fused.size() > 0) {
-      const auto doubled = look_up(run, later, make_field(run, fused), options);
+      const Field before = make_field(run, fused);
+      auto doubled = look_up(run, later, before, options);
+      for (std::int64_t i = 0; i < later.size(); ++i) {
+        FieldDistance& f = doubled[static_cast<std::size_t>(i)];
+        if (f.nearest >= 0 && past_border(before, f.nearest, later.point(i))) f.nearest = -1;
+      }
       const auto covered = look_up(run, fused, make_field(run, later), options);
       for (std::int64_t i = 0; i < fused.size(); ++i) {
         const FieldDistance& f = covered[static_cast<std::size_t>(i)];

@@ -9,6 +9,7 @@ Correction::Correction(const std::vector<double>& knots, const std::vector<doubl
   low_ = knots_.front();
   const std::size_t cells = 2 * knots.size();
   inverse_cell_ = static_cast<float>(cells) / (knots_.back() - low_);
+  cells_.reserve(cells);
   std::size_t i = 0;
   for (std::size_t c = 0; c < cells; ++c) {
     while (i + 2 < knots_.size() && knots_[i + 1] <= low_ + static_cast<float>(c) / inverse_cell_) ++i;

@@ -64,6 +64,8 @@ TapModel make_tap_model(const TofUnit& unit, bool integers) {
   m.taps = static_cast<int>(model.rows());
   m.null_count = m.taps - 3;
   const auto round = [&](double w) { return std::abs(w) < kNothing ? 0.F : static_cast<float>(w); };
+  m.weights.reserve(static_cast<std::size_t>(inverse.size()));
+  m.null_space.reserve(static_cast<std::size_t>(m.null_count) * static_cast<std::size_t>(m.taps));
   for (Eigen::Index k = 0; k < inverse.cols(); ++k) {
     for (Eigen::Index i = 0; i < 3; ++i) m.weights.push_back(round(inverse(i, k)));
   }
@@ -101,9 +103,9 @@ void load_taps(const TapsView& view, std::int64_t frame, std::int64_t frequency,
 
 // A block of as many older frames joins the mean of the newest n while the two agree (eq. 8): so slow drifts are seen
 // as well as jumps. Taps of unknown noise are not averaged.
-void average_taps(const TapsView& view, const TapModel& model, int y, float* out, int stride, float* frames_used,
-                  float* share, AverageWork& work) {
-  constexpr double kAgreeZ = 2.5;
+void average_taps(const TapsView& view, const TapModel& model, int y, float low, float high, float* out, int stride,
+                  float* frames_used, float* share, AverageWork& work) {
+  constexpr double kAgreeZ = 3.3;
   const std::int64_t total = view.shape[0], frequencies = view.shape[1];
   const auto rows = static_cast<std::size_t>(frequencies * model.taps), step = static_cast<std::size_t>(stride);
   const std::size_t frame_size = rows * step;
@@ -114,6 +116,9 @@ void average_taps(const TapsView& view, const TapModel& model, int y, float* out
                 work.frames.data() + static_cast<std::size_t>(j) * frame_size +
                     static_cast<std::size_t>(f * model.taps) * step,
                 stride);
+  }
+  for (float& tap : work.frames) {
+    if (!(tap > low && tap < high)) tap = std::numeric_limits<float>::quiet_NaN();
   }
   const auto limit = static_cast<float>(chi2_limit(static_cast<int>(rows), kAgreeZ));
   const bool known = model.gain > 0 || model.floor > 0;

@@ -27,7 +27,7 @@ void load_taps(const TapsView& view, std::int64_t frame, std::int64_t frequency,
 struct AverageWork {
   std::vector<float> frames;
 };
-void average_taps(const TapsView& view, const TapModel& model, int y, float* out, int stride, float* frames_used,
-                  float* share, AverageWork& work);
+void average_taps(const TapsView& view, const TapModel& model, int y, float low, float high, float* out, int stride,
+                  float* frames_used, float* share, AverageWork& work);
 
 }  // namespace sgrt

@@ -20,7 +20,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSpeed = 299'792'458e3, kChapterSpeed = 3e11;  // mm/s
 constexpr int kRows = 8;                                        // of a block
-constexpr double kJumpSigmas = 2.2;                             // of each of two neighbours: 3.1 of their difference
+constexpr double kJumpSigmas = 1.8;                             // of each of two neighbours: 2.5 of their difference
 
 void check(const TofOptions& o) {
   const auto refuse = [](const char* name, double value, const char* expected) {
@@ -211,11 +211,14 @@ void TofSensor::Impl::measure_rows(const TapsView& taps, const Kernels& kernels,
                              1.F);
   float *variance = scratch.data() + rows * stride, *share = variance + r.frequencies * stride, *used = share + stride;
   AverageWork work;
+  const double clip = std::min(options.saturation == options.saturation ? options.saturation : taps.high(), 1e9);
+  const auto high = static_cast<float>(clip);
+  const auto low = static_cast<float>(unit.differential ? -clip : std::max(taps.low(), -1e9));
   const bool average = taps.shape[0] > 1;
   for (std::int64_t y = begin; y < end; ++y) {
     const std::int64_t at = y * r.width;
     if (average) {
-      average_taps(taps, model, static_cast<int>(y), scratch.data(), stride, used, share, work);
+      average_taps(taps, model, static_cast<int>(y), low, high, scratch.data(), stride, used, share, work);
       std::copy(used, used + r.width, r.frames.plane(0) + at);
     }
     for (int f = 0; f < r.frequencies; ++f) {
@@ -225,9 +228,7 @@ void TofSensor::Impl::measure_rows(const TapsView& taps, const Kernels& kernels,
       p.taps = rows_of_f, p.stride = stride, p.count = r.width, p.tap_count = model.taps;
       p.null_count = model.null_count, p.model = model.weights.data(), p.null_space = model.null_space.data();
       p.gain = model.gain, p.floor = model.floor, p.share = average ? share : nullptr;
-      const double high = options.saturation == options.saturation ? options.saturation : taps.high();
-      p.high = static_cast<float>(std::min(high, 1e9));
-      p.low = static_cast<float>(unit.differential ? -std::min(high, 1e9) : std::max(taps.low(), -1e9));
+      p.low = low, p.high = high;
       p.moved_limit = model.moved_limit;
       p.tolerance2 = static_cast<float>(options.moved_tolerance * options.moved_tolerance);
       p.phase = r.phase.plane(f) + at, p.amplitude = r.amplitude.plane(f) + at, p.offset = r.offset.plane(f) + at;

@@ -74,25 +74,31 @@ SGRT_INLINE IntLanes moved8(const PhasorRow& r, const int taps, const Lanes* t, 
   return chi2 > all(r.moved_limit);
 }
 
-SGRT_INLINE void phasor_row_of(const PhasorRow& r, const int taps) {
+// By value: what is stored cannot then be thought to change the numbers of the row.
+SGRT_INLINE void phasor_row_of(const PhasorRow r, const int taps) {
   Lanes t[32], v[32];
+  float weight[32][6];
+  for (int k = 0; k < taps; ++k) {
+    const float b = r.model[3 * k], c = r.model[3 * k + 1], s = r.model[3 * k + 2];
+    const float all_six[6] = {b, c, s, c * c, c * s, s * s};
+    for (int i = 0; i < 6; ++i) weight[k][i] = all_six[i];
+  }
   for (int x = 0; x < r.count; x += 8) {
     const Lanes share = r.share ? load8(r.share + x) : all(1);
     Lanes B = all(0), C = all(0), S = all(0), P = all(0), Q = all(0), R = all(0);
     IntLanes clipped = IntLanes{};
     for (int k = 0; k < taps; ++k) {
-      const float* m = r.model + 3 * k;
+      const float* m = weight[k];
       const Lanes seen = load8(r.taps + (long)k * r.stride + x);
-      const IntLanes good = (seen > all(r.low)) & (seen < all(r.high));  // false for NaN
-      clipped |= ~good;
-      t[k] = (Lanes)((IntLanes)seen & good);
+      clipped |= ~((seen > all(r.low)) & (seen < all(r.high)));  // NaN too
+      t[k] = seen;
       v[k] = (r.gain * greater8(t[k], all(0)) + r.floor) * share;
       B += m[0] * t[k];
       C += m[1] * t[k];
       S += m[2] * t[k];
-      P += (m[1] * m[1]) * v[k];
-      Q += (m[1] * m[2]) * v[k];
-      R += (m[2] * m[2]) * v[k];
+      P += m[3] * v[k];
+      Q += m[4] * v[k];
+      R += m[5] * v[k];
     }
     const Lanes A2 = C * C + S * S;
     IntLanes flags = clipped & kSaturated;
@@ -112,7 +118,7 @@ SGRT_INLINE void phasor_row(const PhasorRow& r) {
   phasor_row_of(r, r.tap_count);
 }
 
-SGRT_INLINE void range_row(const RangeRow& r) {
+SGRT_INLINE void range_row(const RangeRow r) {
   const float inverse = 1 / r.ambiguity;
   for (int x = 0; x < r.count; x += 8) {
     const int n = r.count - x;
@@ -126,7 +132,7 @@ SGRT_INLINE void range_row(const RangeRow& r) {
   }
 }
 
-SGRT_INLINE void judge_row(const JudgeRow& r) {
+SGRT_INLINE void judge_row(const JudgeRow r) {
   for (int x = 0; x < r.count; x += 8) {
     const int n = r.count - x;
     const Lanes range = get8(r.range + x, n), sigma = get8(r.sigma + x, n), amplitude = get8(r.amplitude + x, n);
@@ -154,7 +160,7 @@ SGRT_INLINE IntLanes between8(Lanes range, Lanes reach, const float* range_a, co
   return ((da > ta) & ~(db <= tb)) | ((db > tb) & ~(da <= ta));
 }
 
-SGRT_INLINE void points_row(const PointsRow& r) {
+SGRT_INLINE void points_row(const PointsRow r) {
   const IntLanes lane = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int x = 0; x < r.count; x += 8) {
     const Lanes range = load8(r.range + x), reach = load8(r.reach + x);

@@ -111,12 +111,19 @@ static void test_measure(const sgrt_rig* rig) {
 static void test_session(const sgrt_rig* rig) {
   sgrt_tof_session* session = NULL;
   const sgrt_tof* lent = NULL;
-  sgrt_view v = view_of(taps, SGRT_U16, 4), range, three;
+  sgrt_tof* kept = NULL;
+  sgrt_view v = view_of(taps, SGRT_U16, 4), range, old, three;
   CHECK_OK(sgrt_tof_session_create(NULL, rig, "tof0", NULL, &session));
   wall(1000);
   CHECK_OK(sgrt_tof_session_push(NULL, session, &v, 0, &lent));
+  CHECK_OK(sgrt_tof_keep(lent, &kept));
+  CHECK_OK(sgrt_tof_array(kept, SGRT_TOF_RANGE, &old));
+  CHECK_INVALID(sgrt_tof_keep(NULL, &kept), "lent: NULL");
   wall(2000);
   CHECK_OK(sgrt_tof_session_push(NULL, session, &v, 0.02, &lent));
+  CHECK_NEAR(((const float*)old.data)[5 * kWidth + 12], 1000 * ray_length(5 * kWidth + 12),
+             0.2); /* it is still there */
+  sgrt_tof_free(kept);
   CHECK_OK(sgrt_tof_array(lent, SGRT_TOF_RANGE, &range));
   CHECK_NEAR(((const float*)range.data)[5 * kWidth + 12], 2000 * ray_length(5 * kWidth + 12), 0.2);
   CHECK_INVALID(sgrt_tof_session_push(NULL, session, &v, 0.01, &lent), "time_s: 0.01");

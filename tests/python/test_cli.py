@@ -481,3 +481,39 @@ def test_check_of_an_ordinary_capture(run, room, tmp_path):
     assert code == 1
     assert abs(json.loads(out)["figures"][0]["value"]) == pytest.approx(0.5, abs=0.1)
     assert len(trend.read_text().splitlines()) == 2
+
+
+def test_advise(run, room, tmp_path):
+    regions = {
+        "all": [[-120, -140], [120, -140], [120, 140], [-120, 140]],
+        "small": [[0, 0], [30, 0], [30, 30], [0, 30]],
+    }
+    for name, polygon in regions.items():
+        io.write_roi(tmp_path / f"{name}.json", sgrt.Roi.polygon(polygon))
+    candidates = ["--candidate", tmp_path / "small.json", "--candidate", tmp_path / "all.json"]
+    out = tmp_path / "better.json"
+    arguments = ["advise", "--reference", room / "reference.ply", "--isocentre", 0, 0, 0, *candidates, "--out", out]
+    code, text, _ = run(*arguments, "--json")
+    document = json.loads(text)
+    assert code == 0
+    assert [Path(c["candidate"]).stem for c in document["candidates"]] == ["all", "small"]
+    assert document["candidates"][0]["score"] < document["candidates"][1]["score"]
+    assert io.read_roi(out).polygon_xy_mm.tolist() == document["proposal"]["polygon_xy_mm"]
+    code, text, _ = run(*arguments)
+    assert code == 0
+    assert "all.json" in text.splitlines()[0]
+    code, _, error = run("advise", "--reference", room / "reference.ply", "--isocentre", 0, 0, 0, "--sigma", -1)
+    assert code == 2
+    one_line_about(error, "live_sigma_mm")
+
+
+def test_register_residuals(run, room):
+    for residual, kernel in (("symmetric", "welsch"), ("point_svd", "tukey")):
+        more = ["--residual", residual, "--kernel", kernel, "--max-iterations", 500, "--json"]
+        code, text, _ = run(*register(room, *AT, *more))
+        assert code == 0
+        shift = json.loads(text)["patient_displacement"]
+        assert all(shift[name] == pytest.approx(truth, abs=0.1) for name, truth in SHIFT.items())
+    code, _, error = run(*register(room, *AT, "--residual", "symmetric", "--deform", "rigid"))
+    assert code == 2
+    one_line_about(error, "--residual")

@@ -256,6 +256,27 @@ def test_session_gives_what_the_call_gives(unit):
         session.push(taps, time_s=0.05)
 
 
+def test_clipped_frames_are_not_averaged(unit):
+    """Clipped in the last frame: flagged. Clipped before: that frame does not count."""
+    taps = unit.capture(table(), seed=7, frames=4)
+    taps[3, 0, 1, 10, 10] = taps[1, 0, 2, 20, 20] = 60_000
+    result = sgrt.tof_measure(sgrt.Rig(unit.rig_json()), "tof0", taps, saturation=60_000)
+    assert result.flags[10, 10] & 1 and not result.flags[20, 20] & REJECTED
+    assert result.frames[20, 20] == 2
+
+
+def test_the_filters_of_surfaces_serve(unit):
+    result = sgrt.tof_measure(sgrt.Rig(unit.rig_json()), "tof0", unit.capture(table(), seed=8))
+    filtered = sgrt.surface_filter(result.surface, radius_mm=60.0).surface
+    before, after = (np.nanstd(s.points[..., 2]) for s in (result.surface, filtered))
+    assert after < 0.5 * before
+    session = sgrt.FilterSession()
+    for i in range(6):
+        frame = sgrt.tof_measure(sgrt.Rig(unit.rig_json()), "tof0", unit.capture(table(), seed=20 + i)).surface
+        steady = session.push(frame, time_s=0.05 * i).surface
+    assert np.nanstd(steady.points[..., 2]) < 0.7 * before
+
+
 @pytest.mark.skipif(not SNAPSHOT.exists(), reason=f"no {SNAPSHOT}")
 def test_a_real_camera_agrees():
     """Differential taps of a snapshot lidar: its amplitude is 2 A, its distance 429 mm/rad from 1150 mm."""

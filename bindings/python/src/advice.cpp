@@ -15,6 +15,7 @@ struct Advice {
   double at(int32_t row, int column) const { return forecast->at(row, column); }
   Doubles column(int k) const {  // of the candidates
     std::vector<double> values;
+    values.reserve(static_cast<std::size_t>(info.candidate_count));
     for (int32_t i = 0; i < info.candidate_count; ++i) values.push_back(at(i, k));
     return fixed_array(values.data(), {info.candidate_count});
   }
@@ -29,6 +30,7 @@ Advice advise(const Surface& reference, const std::vector<const Roi*>& candidate
   options.limit_deg = limit_deg;
   options.max_share = max_share;
   std::vector<const sgrt_roi*> rois;
+  rois.reserve(candidates.size());
   for (const Roi* roi : candidates) {
     if (!roi) invalid("candidates: None, expected regions");
     rois.push_back(roi->handle.get());

@@ -249,9 +249,11 @@ Calibration tof(const Rig& rig, const std::string& tof_id, const std::vector<Arr
   options.amplitude_knots = amplitude_knots;
   options.knot_spacing_mm = knot_spacing_mm;
   options.pixel_sigma_mm = pixel_sigma_mm;
-  options.sensor.range_min_mm = range_min_mm;
-  options.sensor.range_max_mm = range_max_mm;
-  options.sensor.saturation = saturation;
+  auto sensor = defaults(sgrt_tof_options_init);
+  sensor.range_min_mm = range_min_mm;
+  sensor.range_max_mm = range_max_mm;
+  sensor.saturation = saturation;
+  options.sensor = &sensor;
   std::vector<InView> keep;
   std::vector<sgrt_view> views;
   keep.reserve(taps.size());
@@ -438,11 +440,12 @@ void register_calibration(py::module_& m) {
         py::arg("outlier_sigma") = o.outlier_sigma, py::arg("noise_px") = o.noise_px, py::arg("context") = none,
         kLaserDoc);
   const auto t = defaults(sgrt_calibration_tof_options_init);
+  const auto sensor = defaults(sgrt_tof_options_init);
   m.def("calibration_tof", &tof, py::arg("rig"), py::arg("tof_id"), py::arg("taps"), py::kw_only(), py::arg("board_mm"),
         py::arg("room_from_board") = none, py::arg("cameras") = none, py::arg("points") = none, py::arg("index") = none,
         py::arg("pixels") = none, py::arg("placements") = std::vector<std::string>{},
-        py::arg("half_turn_ambiguous") = false, py::arg("range_min_mm") = t.sensor.range_min_mm,
-        py::arg("range_max_mm") = t.sensor.range_max_mm, py::arg("saturation") = t.sensor.saturation,
+        py::arg("half_turn_ambiguous") = false, py::arg("range_min_mm") = sensor.range_min_mm,
+        py::arg("range_max_mm") = sensor.range_max_mm, py::arg("saturation") = sensor.saturation,
         py::arg("amplitude_knots") = t.amplitude_knots, py::arg("knot_spacing_mm") = t.knot_spacing_mm,
         py::arg("pixel_sigma_mm") = t.pixel_sigma_mm, py::arg("context") = none, kTofDoc);
   m.def("rig_pixel_covariance", &pixel_covariance, py::arg("rig"), py::arg("camera_id"), py::arg("x_in_room"),

@@ -31,9 +31,8 @@ Curvature compute(const Surface& surface, int32_t degree, double radius_mm, doub
   options.noise_mm = noise_mm;
   options.max_sigma_per_mm = max_sigma_per_mm;
   Curvature result;
-  run(context, [&](sgrt_context* c) {
-    return sgrt_curvature_compute(c, surface.handle.get(), &options, out(result.handle));
-  });
+  run(context,
+      [&](sgrt_context* c) { return sgrt_curvature_compute(c, surface.handle.get(), &options, out(result.handle)); });
   return result;
 }
 
@@ -149,7 +148,8 @@ C: sgrt_curvature_summary, sgrt_curvature_array)");
   number("k2", SGRT_CURVATURE_K2, "Smaller principal curvature, 1/mm.");
   number("mean", SGRT_CURVATURE_MEAN, "H = (k1 + k2) / 2, 1/mm.");
   number("gauss", SGRT_CURVATURE_GAUSS, "K = k1 k2, 1/mm2.");
-  number("shape_index", SGRT_CURVATURE_SHAPE_INDEX, "2/pi atan2(k1 + k2, k1 - k2): +1 a cap, -1 a cup; NaN on a plane.");
+  number("shape_index", SGRT_CURVATURE_SHAPE_INDEX,
+         "2/pi atan2(k1 + k2, k1 - k2): +1 a cap, -1 a cup; NaN on a plane.");
   number("curvedness", SGRT_CURVATURE_CURVEDNESS, "sqrt((k1^2 + k2^2) / 2), 1/mm.");
   number("sigma_k1", SGRT_CURVATURE_SIGMA_K1, "One sigma, noise and expected bias.");
   number("sigma_k2", SGRT_CURVATURE_SIGMA_K2, "One sigma, noise and expected bias.");
@@ -206,9 +206,10 @@ minima below 0 minus that, NaN elsewhere. sigmas: by how many of its own sigma a
 
 Raises InvalidArgument: curvature of another surface.
 C: sgrt_curvature_features)");
-  m.def("nurbs_curvature", &of_nurbs, py::arg("surface"), py::arg("uv"), py::kw_only(), py::arg("clamp") = false,
-        py::arg("context") = none,
-        R"(Exact curvature of a NurbsSurface at N x 2 parameters: a dict of k1, k2, mean, gauss, shape_index, curvedness (N), normals, d1,
+  m.def(
+      "nurbs_curvature", &of_nurbs, py::arg("surface"), py::arg("uv"), py::kw_only(), py::arg("clamp") = false,
+      py::arg("context") = none,
+      R"(Exact curvature of a NurbsSurface at N x 2 parameters: a dict of k1, k2, mean, gauss, shape_index, curvedness (N), normals, d1,
 d2 (N x 3) and hk (uint8). 1/mm, normal S_u x S_v, convex positive; NaN at a pole.
 
 Raises InvalidArgument: a parameter outside the domain.
@@ -221,9 +222,10 @@ plane_normal: signs the curvature, positive where the curve turns left as seen f
 
 Raises InvalidArgument: a parameter outside the domain.
 C: sgrt_curvature_nurbs_curve)");
-  m.def("points_curvature", &of_points, py::arg("points_mm"), py::kw_only(), py::arg("half_window") = 4,
-        py::arg("degree") = 4, py::arg("closed") = false, py::arg("sigma_mm") = 0.0, py::arg("plane_normal") = none,
-        R"(Curvature and torsion of N x 3 points sampled along a curve: a dict of curvature, torsion and sigma_curvature, 1/mm.
+  m.def(
+      "points_curvature", &of_points, py::arg("points_mm"), py::kw_only(), py::arg("half_window") = 4,
+      py::arg("degree") = 4, py::arg("closed") = false, py::arg("sigma_mm") = 0.0, py::arg("plane_normal") = none,
+      R"(Curvature and torsion of N x 3 points sampled along a curve: a dict of curvature, torsion and sigma_curvature, 1/mm.
 
 half_window: neighbours on each side that the polynomial of `degree` (3 to 6) is fitted to. sigma_mm: of each coordinate.
 

@@ -24,8 +24,8 @@ std::string text_of(const Model& m, int32_t field, int32_t index = 0) {
 
 std::vector<std::string> names_of(const Model& m) {
   std::vector<std::string> names;
-  while (const char* name = sgrt_landmark_model_text(m.handle.get(), SGRT_LANDMARK_MODEL_NAME,
-                                                     static_cast<int32_t>(names.size())))
+  while (const char* name =
+             sgrt_landmark_model_text(m.handle.get(), SGRT_LANDMARK_MODEL_NAME, static_cast<int32_t>(names.size())))
     names.emplace_back(name);
   return names;
 }
@@ -105,8 +105,9 @@ void register_landmarks(py::module_& m) {
   const auto none = py::none();
   const auto learning = defaults(sgrt_landmark_learn_options_init);
   const auto finding = defaults(sgrt_landmarks_options_init);
-  py::class_<Model>(m, "LandmarkModel",
-                    R"(Named points of a body with their curvature and places: of any head, or of a patient's own reference.
+  py::class_<Model>(
+      m, "LandmarkModel",
+      R"(Named points of a body with their curvature and places: of any head, or of a patient's own reference.
 
 C: sgrt_landmark_model)")
       .def_static("head", &head, "Any adult head, 11 points.\n\nC: sgrt_landmark_model_head")
@@ -123,8 +124,9 @@ count: most points, where none are named. scale_mm: radius at which curvature is
 
 Raises NotFound: `named` is not there, or too little stands out. InvalidArgument.
 C: sgrt_landmark_model_learn)")
-      .def("to_json", [](const Model& x) { return text_of(x, SGRT_LANDMARK_MODEL_JSON); },
-           "All numbers to the last bit.\n\nC: sgrt_landmark_model_text")
+      .def(
+          "to_json", [](const Model& x) { return text_of(x, SGRT_LANDMARK_MODEL_JSON); },
+          "All numbers to the last bit.\n\nC: sgrt_landmark_model_text")
       .def_property_readonly(
           "id", [](const Model& x) { return text_of(x, SGRT_LANDMARK_MODEL_ID); }, "What it is a model of.")
       .def_property_readonly("names", &names_of, "Of its N points.")
@@ -141,7 +143,8 @@ C: sgrt_landmark_model_learn)")
           "N: how far a place may differ from the model's.")
       .def("__repr__",
            [](const Model& x) {
-             return py::str("<sgrt.LandmarkModel {!r}, {} points>").format(text_of(x, SGRT_LANDMARK_MODEL_ID), names_of(x).size());
+             return py::str("<sgrt.LandmarkModel {!r}, {} points>")
+                 .format(text_of(x, SGRT_LANDMARK_MODEL_ID), names_of(x).size());
            })
       .def(py::pickle([](const Model& x) { return text_of(x, SGRT_LANDMARK_MODEL_JSON); }, &from_json));
 
@@ -174,7 +177,10 @@ C: sgrt_landmarks_summary, sgrt_landmarks_array, sgrt_landmarks_text)")
           "candidate_count", [](const Landmarks& l) { return l.info.candidate_count; },
           "Places of the surface that stand out.")
       .def_property_readonly(
-          "live_from_model", [](const Landmarks& l) { return fixed_array(l.info.live_from_model, {4, 4}); },
+          "live_from_model",
+          [](const Landmarks& l) {
+            return fixed_array(l.info.live_from_model, {4, 4});
+          },
           "4 x 4, of the model first scaled by size; NaN where not found.")
       .def_property_readonly(
           "size", [](const Landmarks& l) { return l.info.size; }, "Of the body over the model's.")

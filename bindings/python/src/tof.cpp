@@ -14,7 +14,7 @@ using SessionHandle = Owned<sgrt_tof_session, sgrt_tof_session_free>;
 template <class T>
 using MaybeNumbers = std::optional<py::array_t<T>>;
 
-// The arrays keep the handle alive (measure) or are copies (session, whose result is lent until the next push).
+// The arrays keep the handle alive; while they live the session leaves its memory alone.
 struct Tof {
   std::optional<Surface> surface;
   MaybeNumbers<float> phase, amplitude, offset, range, sigma, score, points, frames;
@@ -36,15 +36,10 @@ template <class T>
 MaybeNumbers<T> array_of(const sgrt_tof* result, int32_t field, const py::object& base) {
   sgrt_view view{};
   run([&] { return sgrt_tof_array(result, field, &view); });
-  MaybeNumbers<T> array = lend<T>(view, base);
-  if (array && base.is_none()) {
-    array = py::array_t<T>(py::array(array->attr("copy")()));
-    array->attr("setflags")(py::arg("write") = false);
-  }
-  return array;
+  return lend<T>(view, base);
 }
 
-// base: what keeps `result` alive; None: copy.
+// base: what keeps `result` alive.
 Tof unpack(const sgrt_tof* result, const py::object& base) {
   Tof t;
   t.info.struct_size = sizeof t.info;
@@ -140,8 +135,10 @@ Tof push(TofSession& session, const ArrayLike& taps, double time_s, bool surface
   const Outcome outcome = attempt(context, [&](sgrt_context* c) {
     return sgrt_tof_session_push(c, session.handle.get(), &view.view, time_s, &lent);
   });
-  if (outcome.status == SGRT_OK) return unpack(lent, py::none(), surface, context);
-  raise(outcome.status, outcome.message, lent ? py::cast(unpack(lent, py::none(), false, context)) : py::none());
+  TofHandle kept;
+  if (lent) run([&] { return sgrt_tof_keep(lent, out(kept)); });
+  if (outcome.status == SGRT_OK) return lending(std::move(kept), surface, context);
+  raise(outcome.status, outcome.message, kept ? py::cast(lending(std::move(kept), false, context)) : py::none());
 }
 
 py::typing::Dict<py::str, int> counts(const Tof& t) {
@@ -169,7 +166,8 @@ constexpr const char* kSessionDoc =
 
 C: sgrt_tof_session_create)";
 
-constexpr const char* kPushDoc = R"(The Tof of the next frame (or frames), as arrays of its own.
+constexpr const char* kPushDoc =
+    R"(The Tof of the next frame (or frames); no array is copied, and its memory is used again once nothing holds it.
 
 taps: as tof_measure. time_s: must not decrease. surface: make the Surface too, which takes longer than all else.
 Raises as tof_measure; after an error the session can go on.

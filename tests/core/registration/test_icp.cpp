@@ -314,6 +314,59 @@ TEST(Icp, AnIsocentreTwoMetresAwayIsWeak) {
   EXPECT_NE(r.verdict_words.find("mm from the surface: 0.1 deg there is"), std::string::npos) << r.verdict_words;
 }
 
+TEST(Icp, NothingToLayOnEachOther) {
+  const Scene s = scene(torso, 3000, 0.2, 5, 1, 40);
+  Scene t = s;
+  t.live = moved(s.live, Pose{Mat3::Identity(), Vec3(0, 0, 600)});
+  expect_no_pose(run(t), Status::kNotFound, "do not overlap");
+  for (const bool live : {true, false}) {
+    t = s;
+    Surface& one = live ? t.live : t.reference;
+    one.points = one.points.topRows(3).eval();
+    one.sigma = one.sigma.head(3).eval();
+    expect_no_pose(run(t), Status::kInsufficientData, "3 usable points");
+  }
+  t = s;
+  t.live.points.rowwise() = t.live.points.row(0).eval();
+  expect_no_pose(run(t), Status::kInsufficientData, "all coincide");
+  t = s;
+  t.reference.points.rowwise() = t.reference.points.row(0).eval();
+  EXPECT_NE(run(t).status, Status::kOk);
+  EXPECT_TRUE(run(t).reference_from_live.t.array().isNaN().all());
+}
+
+TEST(Icp, AReferenceWithHolesWhereTheRoiIs) {
+  Scene s = scene(torso, 6000, 0.2, 5, 1, 41);
+  const Roi roi = roi_from_box(Vec3(-50, -50, -300), Vec3(50, 50, 300));
+  for (std::int64_t i = 0; i < s.reference.size(); ++i) {
+    if (contains(roi, s.reference, i)) s.reference.points.row(i).setConstant(std::nan(""));
+  }
+  expect_no_pose(run(s, {}, &roi), Status::kInsufficientData, "within the roi has 0 usable points");
+}
+
+TEST(Icp, NoiseThatIsNone) {
+  Scene s = scene(torso, 3000, 0, 5, 1, 42);
+  s.live.covariance.setZero(s.live.size(), 6);
+  s.live.sigma.resize(0);
+  const IcpResult r = run(s);
+  ASSERT_EQ(r.status, Status::kOk) << r.message;
+  EXPECT_LT(error_mm(r, s.D), 0.05);
+  EXPECT_TRUE(r.covariance.allFinite() && r.covariance(3, 3) > 0);
+  s.live.covariance.resize(0, 6);
+  s.live.sigma = Eigen::VectorXd::Constant(s.live.size(), std::nan(""));
+  expect_error(Status::kInvalidArgument, "sigma", [&] { make_surface(s.live); });
+}
+
+// Turned by half a turn the skin may come to rest on itself with residuals of millimetres: that is no match.
+TEST(Icp, WhatDoesNotMatchIsNotFound) {
+  for (int axis = 0; axis < 3; ++axis) {
+    Scene s = scene(torso, 4000, 0.2, 0, 0, 9);
+    s.live = moved(s.live, about(Pose{so3_exp(kPi * Vec3(Mat3::Identity().col(axis))), Vec3::Zero()}, -kIso));
+    const IcpResult r = run(s);
+    EXPECT_FALSE(r.status == Status::kOk && r.rms > 3) << axis << ": " << r.verdict_words;
+  }
+}
+
 TEST(Icp, SameBitsAtAnyNumberOfThreads) {
   const Scene s = scene(torso, 6000, 0.3, 15, 3, 18);
   const IcpResult one = run(s);

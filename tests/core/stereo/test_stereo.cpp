@@ -135,6 +135,43 @@ TEST(Stereo, EveryGridPointHasAReasonAndTheySum) {
   EXPECT_GT(result->reason_count[static_cast<int>(Reason::kNoTexture)], 500);
 }
 
+// A plate before a wall: left of it a strip of the wall that the right camera does not see.
+TEST(Stereo, WhatStandsBehindIsOccluded) {
+  Rig rig = small_rig();
+  const Texture texture(4.5), behind(5.5, 7);
+  const auto image = [&](const Camera& camera) {
+    std::vector<float> pixels;
+    pixels.reserve(static_cast<std::size_t>(camera.width) * camera.height);
+    const Vec3 c = camera.centre_in_room();
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x) {
+        const Vec3 ray = unproject(camera, Vec2(x, y));
+        const Vec3 near = c + ray * ((80 - c.z()) / ray.z()), far = c + ray * ((-120 - c.z()) / ray.z());
+        const bool plate = std::abs(near.x()) < 50 && std::abs(near.y()) < 50;
+        pixels.push_back(static_cast<float>(200 * (plate ? texture(near) : behind(far))));
+      }
+    return pixels;
+  };
+  const Capture c{image(rig.cameras[0]), image(rig.cameras[1])};
+  const auto result = run_stereo(rig, c);
+  std::int64_t hidden = 0, told = 0, wrong = 0;
+  for (std::size_t k = 0; k < result->reason.size(); ++k) {
+    const Vec2 left(result->left_px[2 * k], result->left_px[2 * k + 1]);
+    if (!(left.array() > 30).all() || left.x() > 290 || left.y() > 210) continue;
+    const Vec3 centre = rig.cameras[0].centre_in_room(), ray = unproject(rig.cameras[0], left);
+    const Vec3 near = centre + ray * ((80 - centre.z()) / ray.z()), x = centre + ray * ((-120 - centre.z()) / ray.z());
+    const Vec3 from = rig.cameras[1].centre_in_room();
+    const Vec3 crossing = from + (x - from) * ((80 - from.z()) / (x.z() - from.z()));
+    const bool plate = std::abs(near.x()) < 50 && std::abs(near.y()) < 50;
+    const bool covered = !plate && std::abs(crossing.x()) < 48 && std::abs(crossing.y()) < 48;
+    hidden += covered, told += covered && result->reason[k] == static_cast<int>(Reason::kOccluded);
+    wrong += covered && result->reason[k] == 0 && result->surface->points(static_cast<std::int64_t>(k), 2) < 60;
+  }
+  EXPECT_GT(hidden, 150);
+  EXPECT_GT(told, hidden / 3);
+  EXPECT_LT(wrong, hidden / 10);
+}
+
 TEST(Stereo, BlankUnrelatedAndSaturatedImagesGiveNoPoint) {
   const Rig rig = small_rig();
   const std::size_t n = static_cast<std::size_t>(320) * 240;

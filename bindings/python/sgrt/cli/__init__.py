@@ -11,15 +11,18 @@ import click
 from .. import __version__
 from ..errors import Error
 from . import (
+    advise,
     calibrate,
     calibrate_laser,
     calibrate_room,
     calibrate_tof,
     check,
+    curvature,
     evaluate,
     filter,
     fit,
     fuse,
+    landmarks,
     laser,
     reference,
     register,
@@ -55,7 +58,10 @@ group.add_command(fuse.command)
 group.add_command(filter.command)
 group.add_command(fit.command)
 group.add_command(evaluate.command)
+group.add_command(curvature.command)
+group.add_command(landmarks.command)
 group.add_command(register.command)
+group.add_command(advise.command)
 group.add_command(check.command)
 group.add_command(reference.group)
 group.add_command(track.command)

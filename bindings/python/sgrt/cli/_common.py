@@ -62,11 +62,11 @@ def common(command: Command) -> Command:
     return wrapped  # type: ignore[return-value]
 
 
-def placed(couch_words: str) -> Callable[[Command], Command]:
+def placed(couch_words: str, roi: bool = True) -> Callable[[Command], Command]:
     """The options that say where the patient should be: the reference, the isocentre, the ROI and the couch."""
 
     def add(command: Command) -> Command:
-        options = (
+        options = [
             click.option(
                 "--reference",
                 type=FILE,
@@ -83,8 +83,12 @@ def placed(couch_words: str) -> Callable[[Command], Command]:
                 metavar="X Y Z",
                 help="Where the motion is reported, mm, room frame.",
             ),
-            click.option("--roi", type=FILE, metavar="FILE", help="The part of the reference that counts, roi.json."),
-            click.option("--couch-angle", "couch_deg", type=float, default=0.0, metavar="DEG", help=couch_words),
+        ]
+        if roi:
+            words = "The part of the reference that counts, roi.json."
+            options.append(click.option("--roi", type=FILE, metavar="FILE", help=words))
+        options.append(
+            click.option("--couch-angle", "couch_deg", type=float, default=0.0, metavar="DEG", help=couch_words)
         )
         for option in reversed(options):
             command = option(command)
@@ -153,6 +157,30 @@ def about(what: object) -> Iterator[None]:
         yield
     except Error as error:
         raise type(error)(f"{what}: {error}", result=error.result) from error
+
+
+def outward_option(command: Command) -> Command:
+    """Where normals turn to, for a surface that has none."""
+    return click.option(
+        "--viewpoint",
+        "viewpoint_mm",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 1e4),
+        metavar="X Y Z",
+        help="A surface without normals gets some, turned towards this point, mm; default: 0 0 10000, above the couch.",
+    )(command)
+
+
+def outward(
+    surface: Surface, path: Path, viewpoint_mm: tuple[float, float, float], context: Context
+) -> tuple[Surface, str]:
+    """The surface with normals, and whose they are. What is outward of a file without normals is assumed, and said."""
+    if surface.normals is not None:
+        return surface, "the surface's"
+    place = " ".join(f"{x:g}" for x in viewpoint_mm)
+    print(f"sgrt: {path}: has no normals; outward is taken to be towards {place} (--viewpoint)", file=sys.stderr)
+    return surface.estimate_normals(viewpoint_mm=viewpoint_mm, context=context), f"estimated, towards {place}"
 
 
 def check_out(path: Path) -> None:

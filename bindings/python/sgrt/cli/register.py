@@ -9,10 +9,10 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Coarse, Context, Deform, Icp, Roi, Surface, deform_align, icp_align
+from .._core import Coarse, Context, Deform, Icp, LandmarkModel, Roi, Surface, deform_align, icp_align, landmarks_find
 from ..errors import Error
 from ..frames import couch_turn, four_dof
-from ..io import landmarks_align, read_landmarks, read_pose, read_surface, registration_document
+from ..io import LandmarkSet, landmarks_align, read_landmarks, read_pose, read_surface, registration_document
 from ..io._files import writing
 from ._common import (
     FILE,
@@ -38,8 +38,11 @@ ROWS = (
 )
 
 
+_DEFAULTS = {"residual": "plane", "kernel": "auto", "keep_share": 1.0}
+
+
 def _initial(word: str) -> NDArray[np.float64] | None:
-    return None if word in ("identity", "none") else read_pose(word)
+    return None if word in ("identity", "none", "landmarks") else read_pose(word)
 
 
 def _from_landmarks(files: tuple[Path, Path], couch_deg: float, context: Context, isocentre_mm: Any) -> Coarse:
@@ -49,6 +52,25 @@ def _from_landmarks(files: tuple[Path, Path], couch_deg: float, context: Context
         reference = reference.moved(couch_turn(couch_deg, isocentre_mm))
     with about(f"{files[1]} on {files[0]}"):
         return landmarks_align(reference, live, isocentre_mm=isocentre_mm, context=context)
+
+
+def _by_distinctive(
+    surfaces: tuple[Surface, Surface, Roi | None], live: Path, context: Context, isocentre_mm: Any
+) -> Coarse:
+    """The start from the reference's most distinctive points, located on the live surface."""
+    known, seen = (s if s.normals is not None else s.estimate_normals(context=context) for s in surfaces[:2])
+    model = LandmarkModel.learn(known, context=context)
+    with about(live):
+        found = landmarks_find(seen, model, context=context)
+    assert found.positions_mm is not None and found.covariance_mm2 is not None
+    there = np.isfinite(found.positions_mm[:, 0])
+    names = tuple(name for name, here in zip(found.names, there, strict=True) if here)
+    return landmarks_align(
+        LandmarkSet(tuple(model.names), model.positions_mm),
+        LandmarkSet(names, found.positions_mm[there], found.covariance_mm2[there]),
+        isocentre_mm=isocentre_mm,
+        context=context,
+    )
 
 
 def _print(result: Icp | Deform, ms: float) -> None:
@@ -108,8 +130,9 @@ def _align(
 @click.option(
     "--initial",
     default="identity",
-    metavar="identity|none|FILE",
-    help='The start: identity; none: assume nothing about it; or a registration result or {"reference_from_live": 4x4}.'
+    metavar="identity|none|landmarks|FILE",
+    help="The start: identity; none: assume nothing about it; landmarks: the same, by the reference's most"
+    ' distinctive points, found on the live surface; or a registration result or {"reference_from_live": 4x4}.'
     " Default: identity.",
 )
 @click.option(
@@ -118,6 +141,27 @@ def _align(
     nargs=2,
     metavar="REFERENCE LIVE",
     help="The start from landmarks on both bodies, landmarks.json; instead of --initial.",
+)
+@click.option(
+    "--residual",
+    type=click.Choice(["plane", "point_svd", "point_quaternion", "symmetric"]),
+    default="plane",
+    help="What a step makes smaller; default: plane. Anything but the defaults of these three is textbook ICP.",
+)
+@click.option(
+    "--kernel",
+    type=click.Choice(["auto", "none", "tukey", "welsch"]),
+    default="auto",
+    help="Weights of the residuals; default: auto.",
+)
+@click.option(
+    "--keep", "keep_share", type=float, default=1.0, metavar="SHARE", help="Of the pairs, the nearest; default: 1."
+)
+@click.option(
+    "--max-iterations",
+    type=int,
+    metavar="N",
+    help="Of closest points and step; to points it takes hundreds; default: 60.",
 )
 @click.option(
     "--deform",
@@ -151,6 +195,10 @@ def command(
     deform: str,
     map_file: Path | None,
     landmarks: tuple[Path, Path] | None,
+    residual: str,
+    kernel: str,
+    keep_share: float,
+    max_iterations: int | None,
     threads: int,
     as_json: bool,
 ) -> int:
@@ -163,6 +211,12 @@ def command(
         raise Failure("--initial none: not with --deform; register without it first and give its result as the start")
     if landmarks and initial != "identity":
         raise Failure("--landmarks and --initial: give one of them")
+    known: dict[str, Any] = {"residual": residual, "kernel": kernel, "keep_share": keep_share}
+    if deform != "none" and (known != _DEFAULTS or max_iterations is not None):
+        raise Failure("--residual, --kernel, --keep, --max-iterations: not with --deform")
+    known |= {"anywhere": initial == "none"}
+    if max_iterations is not None:
+        known["max_iterations"] = max_iterations
     ms = 0.0
     coarse = None
     try:
@@ -174,6 +228,9 @@ def command(
             try:
                 if landmarks:
                     coarse = _from_landmarks(landmarks, couch_deg, context, isocentre_mm)
+                elif initial == "landmarks":
+                    coarse = _by_distinctive(surfaces, live, context, isocentre_mm)
+                if coarse is not None:
                     start = coarse.reference_from_live
                 result = _align(
                     reference,
@@ -183,7 +240,7 @@ def command(
                     deform,
                     isocentre_mm=isocentre_mm,
                     initial_reference_from_live=start,
-                    **({"anywhere": True} if initial == "none" else {}),
+                    **({} if deform != "none" else known),
                 )
             finally:
                 ms = watch.ms()
@@ -192,8 +249,8 @@ def command(
             found = error.result if isinstance(error.result, Icp | Deform) else None
             if isinstance(error.result, Coarse):
                 coarse = error.result
-            known = {"status": error.word, "isocentre_mm": isocentre_mm, "timing_ms": ms}
-            print_json(registration_document(found, coarse=coarse, **known))
+            rest = {"status": error.word, "isocentre_mm": isocentre_mm, "timing_ms": ms}
+            print_json(registration_document(found, coarse=coarse, **rest))
         raise
     if map_file is not None and isinstance(result, Deform):
         _write_map(map_file, surfaces[1], result)

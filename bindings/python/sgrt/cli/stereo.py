@@ -126,6 +126,13 @@ def _print(out: Path, surface: Surface, pairs: list[dict[str, Any]], fusion: dic
 @click.option("--stride", "stride_px", type=int, metavar="PX", help="A point every so many pixels, 1 to 32.")
 @click.option("--window", "window_px", type=int, metavar="PX", help="Side of the square window, odd, 9 to 41.")
 @click.option(
+    "--max-sigma",
+    "max_sigma_px",
+    type=float,
+    metavar="PX",
+    help="Points with a larger sigma are left out; default 0.1. 1 covers weakly textured skin too.",
+)
+@click.option(
     "--prior", "prior_file", type=FILE, metavar="FILE", help="A surface (PLY): only what it shows is sought, near it."
 )
 @click.option("--roi", "roi_file", type=FILE, metavar="FILE", help="The part of the prior that counts, roi.json.")
@@ -138,6 +145,7 @@ def command(
     volume: tuple[float, ...] | None,
     stride_px: int | None,
     window_px: int | None,
+    max_sigma_px: float | None,
     prior_file: Path | None,
     roi_file: Path | None,
     band_mm: float | None,
@@ -157,7 +165,7 @@ def command(
     check_out(out)
     rig = read_rig(rig_file)
     _check_pairs(rig, pairs, rig_file)
-    options: dict[str, Any] = {"stride_px": stride_px, "window_px": window_px}
+    options: dict[str, Any] = {"stride_px": stride_px, "window_px": window_px, "max_sigma_px": max_sigma_px}
     options = {name: value for name, value in options.items() if value is not None}
     if volume:
         options |= {"volume_min_mm": volume[:3], "volume_max_mm": volume[3:]}

@@ -77,6 +77,7 @@ def line_of(frame: TrackFrame, status: str | None, message: str, latency_ms: flo
         "sigma_deg": frame.sigma_deg,
         "hold": frame.hold,
         "state": frame.state,
+        "searched": frame.searched,
         "drift": _shift(frame.drift),
         "breathing_mm": frame.breathing_mm,
         "message": message or frame.verdict_text,
@@ -158,6 +159,9 @@ def _tracker(
 )
 @click.option("--tolerance-mm", type=float, default=0.0, metavar="MM", help="Instead of the profile's.")
 @click.option("--tolerance-deg", type=float, default=0.0, metavar="DEG", help="Instead of the profile's.")
+@click.option(
+    "--no-search", is_flag=True, help="Look for a lost patient only near where he was and where he was set up."
+)
 @click.option("--json-lines", is_flag=True, help="Print one JSON object a frame on standard output.")
 @common
 def command(
@@ -172,6 +176,7 @@ def command(
     tolerance_mm: float,
     tolerance_deg: float,
     couch_deg: float,
+    no_search: bool,
     json_lines: bool,
     threads: int,
     as_json: bool,
@@ -187,7 +192,12 @@ def command(
         raise Failure("--gate: needs --gate-roi")
     captures = read_captures(frames)
     source = Source(read_rig(rig_file) if rig_file else None, captures, rig_file)
-    known: dict[str, Any] = {"isocentre_mm": isocentre_mm, "profile": profile, "gated": bool(gate)}
+    known: dict[str, Any] = {
+        "isocentre_mm": isocentre_mm,
+        "profile": profile,
+        "gated": bool(gate),
+        "search": not no_search,
+    }
     known |= {"tolerance_mm": tolerance_mm, "tolerance_deg": tolerance_deg}
     if gate:
         known |= {"gate_low_mm": gate[0], "gate_high_mm": gate[1]}

@@ -5,7 +5,15 @@ A missing file is an OSError, a malformed one sgrt.FormatError (also a ValueErro
 """
 
 from .captures import Capture, read_captures, write_captures
-from .landmarks import LandmarkSet, landmarks_align, read_landmarks, write_landmarks
+from .landmarks import (
+    LandmarkSet,
+    landmarks_align,
+    landmarks_document,
+    read_landmark_model,
+    read_landmarks,
+    write_landmark_model,
+    write_landmarks,
+)
 from .nurbs import read_nurbs_curve, read_nurbs_surface, write_nurbs
 from .ply import read_surface, write_surface
 from .png import read_image, write_image
@@ -24,8 +32,10 @@ __all__ = [
     "ScanFrame",
     "TofFrames",
     "landmarks_align",
+    "landmarks_document",
     "read_captures",
     "read_image",
+    "read_landmark_model",
     "read_landmarks",
     "read_nurbs_curve",
     "read_nurbs_surface",
@@ -40,6 +50,7 @@ __all__ = [
     "registration_document",
     "write_captures",
     "write_image",
+    "write_landmark_model",
     "write_landmarks",
     "write_nurbs",
     "write_pixel_offset",

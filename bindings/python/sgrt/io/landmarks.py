@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Coarse, Context, coarse_align
+from .._core import Coarse, Context, LandmarkModel, Landmarks, coarse_align
 from ..errors import FormatError
-from ._files import PathLike, check_schema, naming, numbers, parse_json, read_text, write_json
+from ._files import PathLike, check_schema, naming, numbers, parse_json, plain, read_text, write_json, writing
 
 SCHEMA = "sgrt-landmarks/1"
 
@@ -109,3 +109,46 @@ def write_landmarks(path: PathLike, landmarks: LandmarkSet, **known: Any) -> Non
             entry["score"] = float(landmarks.score[i])
         entries.append(entry)
     write_json(path, {"schema": SCHEMA, **known, "landmarks": entries})
+
+
+def landmarks_document(found: Landmarks | None, *, status: str | None = None, **known: Any) -> dict[str, Any]:
+    """The JSON of located landmarks; those not in view are left out. status: of a search that has no result."""
+    if found is None:
+        return {"schema": SCHEMA, "status": status, "landmarks": [], **known}
+    assert found.positions_mm is not None and found.covariance_mm2 is not None and found.scores is not None
+    seen = [i for i in range(len(found.names)) if math.isfinite(found.positions_mm[i, 0])]
+    document: dict[str, Any] = {
+        "schema": SCHEMA,
+        "status": found.status,
+        "landmarks": [
+            {
+                "name": found.names[i],
+                "position_mm": found.positions_mm[i],
+                "covariance_mm2": found.covariance_mm2[i],
+                "score": float(found.scores[i]),
+            }
+            for i in seen
+        ],
+        "not_in_view": [name for i, name in enumerate(found.names) if i not in seen],
+        "score": found.score,
+        "runner_up_score": found.runner_up_score,
+        "live_from_model": found.live_from_model,
+        "size": found.size,
+        "scale_mm": found.scale_mm,
+        "noise_mm": found.noise_mm,
+        "candidates": found.candidate_count,
+    }
+    return plain(document | known)  # type: ignore[no-any-return]
+
+
+def read_landmark_model(path: PathLike) -> LandmarkModel:
+    """The model of a file, sgrt-landmark-model/1. Raises OSError, FormatError (the field is named), LimitError."""
+    text = read_text(path)
+    with naming(path):
+        return LandmarkModel.from_json(text)
+
+
+def write_landmark_model(path: PathLike, model: LandmarkModel) -> None:
+    """Writes a model, all numbers to the last bit."""
+    with writing(path) as stream:
+        stream.write(model.to_json().encode())

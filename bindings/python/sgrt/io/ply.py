@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
@@ -262,10 +262,17 @@ def read_surface(path: PathLike) -> Surface:
         return _surface(path)
 
 
-def write_surface(path: PathLike, surface: Surface, *, format: Literal["binary", "ascii"] = "binary") -> None:
+def write_surface(
+    path: PathLike,
+    surface: Surface,
+    *,
+    format: Literal["binary", "ascii"] = "binary",
+    extra: Mapping[str, NDArray[Any]] | None = None,
+) -> None:
     """Writes all that a surface holds, float64: points, normals, sigma_mm, covariance, faces, modes and the grid.
 
-    The modes are the properties mode0_x, mode0_y, mode0_z, mode1_x ..., their names a comment.
+    The modes are the properties mode0_x, mode0_y, mode0_z, mode1_x ..., their names a comment. extra: further
+    properties of the points, a name and a number a point each.
     """
     columns: list[tuple[str, NDArray[np.float64]]] = []
 
@@ -280,6 +287,8 @@ def write_surface(path: PathLike, surface: Surface, *, format: Literal["binary",
     add(COVARIANCE, surface.covariance)
     for k, mode in enumerate(surface.modes if surface.modes is not None else ()):
         add(_mode_names(k), mode)
+    for name, numbers in (extra or {}).items():
+        add((name,), numbers)
     rows = np.empty(len(columns[0][1]), dtype=[(name, "<f8") for name, _ in columns])
     for name, values in columns:
         rows[name] = values
