@@ -2,6 +2,7 @@
 #include "bindings.hpp"
 
 #include <cmath>
+#include <iterator>
 
 namespace sgrt_py {
 namespace {
@@ -12,8 +13,9 @@ using SessionHandle = Owned<sgrt_laser_session, sgrt_laser_session_free>;
 template <class T>
 using MaybeNumbers = std::optional<py::array_t<T>>;
 
-constexpr const char* kReasons[] = {"none",     "out_of_view", "out_of_volume", "no_stripe", "saturated",
-                                    "no_match", "left_right",  "ambiguous",     "edge"};
+constexpr const char* kReasons[] = {"none",       "out_of_view", "out_of_volume", "no_stripe", "saturated", "no_match",
+                                    "left_right", "ambiguous",   "edge",          "moved",     "occluded"};
+static_assert(std::size(kReasons) == SGRT_REASON_COUNT, "a reason of sgrt.h lacks its word");
 
 struct Stripe {
   MaybeNumbers<double> centre;

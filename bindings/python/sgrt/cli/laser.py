@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 from .._core import Context, Laser, LaserSession, Rig, laser_signal
 from ..errors import Error, NotFound
@@ -38,7 +38,7 @@ def _signal(
 ) -> list[dict[str, Any]]:
     """The signal of each frame; null where the stripe does not pass the point."""
     dark = None if scan.dark is None else read_image(scan.dark)
-    unit = np.array(axis) / np.linalg.norm(axis) if any(axis) else np.array(axis)
+    unit = [a / (math.hypot(*axis) or 1.0) for a in axis]
     lines: list[dict[str, Any]] = []
     for i, frame in enumerate(scan.frames):
         image = read_image(frame.image)
