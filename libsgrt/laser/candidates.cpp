@@ -59,7 +59,7 @@ void search(const float* v, int n, int half, float min_signal, float* smooth, Li
     const HalfWidths w =
         half_widths(v, n, static_cast<float>(at), background, std::max(v[at], smooth[at]) - background);
     if (!(w.left + w.right > 0)) continue;
-    out.all[out.count++] = {at, static_cast<float>(at), contrast, background, (w.left + w.right) / kFwhm};
+    out.add({at, static_cast<float>(at), contrast, background, (w.left + w.right) / kFwhm});
   }
 }
 
@@ -129,21 +129,13 @@ LineCandidates find_candidates(const Run& run, const Lines& lines, int line, int
   const bool sole =
       p.centre == p.centre && contrast >= min_signal && p.second - p.background < std::max(min_signal, contrast / 2);
   if (!sole && p.value - level_of(lines, line, buffer) < min_signal) return out;
-  if (sole) {
-    float window[256];
-    const int reach = std::min(2 * half, 127), from = std::max(0, p.at - reach);
-    const int count = std::min(n, p.at + reach + 1) - from;
-    const unsigned char* bytes = lines.bytes(line);
-    for (int i = 0; i < count; ++i) window[i] = bytes ? static_cast<float>(bytes[from + i]) : buffer[from + i];
-    const HalfWidths w = half_widths(window, count, static_cast<float>(p.at - from), p.background, contrast);
-    if (w.left + w.right > 0) {
-      Candidate& c = out.all[out.count++];
-      c = {p.at, p.centre, contrast, p.background, (w.left + w.right) / kFwhm};
-      const auto middle = static_cast<float>(p.at - from);
-      c.asymmetry = asymmetry_of(window, count, middle, c.width, p.background, contrast);
-      c.sum = p.value < lines.clip ? p.signal : 0;
-      return out;
-    }
+  if (sole && p.width > 0) {
+    Candidate& c = out.first;
+    out.count = 1;
+    c = {p.at, p.centre, contrast, p.background, p.width};
+    c.asymmetry = p.asymmetry;
+    c.sum = p.value < lines.clip ? p.signal : 0;
+    return out;
   }
   if (lines.bytes(line)) read_line(lines, line, buffer.data());
   search(buffer.data(), n, half, min_signal, buffer.data() + n, out);
@@ -161,7 +153,7 @@ int window_of(const Run& run, const Lines& lines, float min_signal) {
     for (int line = step / 2; line < lines.count(); line += step) {
       if (lines.width() < 4 * half + 1) continue;
       const LineCandidates c = find_candidates(run, lines, line, half, min_signal, buffer);
-      if (c.count > 0) widths.push_back(c.all[0].width);
+      if (c.count > 0) widths.push_back(c.first.width);
     }
     if (widths.size() < 3) continue;
     const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
@@ -190,20 +182,20 @@ std::vector<Piece> join(std::vector<LineCandidates>& lines) {
     bool used[kGap + 1][kMaxCandidates] = {};
     LineCandidates& line = lines[y];
     for (int c = 0; c < line.count; ++c) {
-      Candidate& own = line.all[c];
+      Candidate& own = line[c];
       for (std::size_t gap = 1; gap <= kGap && gap <= y && own.piece < 0; ++gap) {
         LineCandidates& before = lines[y - gap];
         int best = -1;
         float nearest = kStep * static_cast<float>(gap);
         for (int b = 0; b < before.count; ++b) {
-          const float d = std::abs(before.all[b].centre - own.centre);
+          const float d = std::abs(before[b].centre - own.centre);
           if (used[gap][b] || d > nearest) continue;
           nearest = d;
           best = b;
         }
         if (best < 0) continue;
         used[gap][best] = true;
-        own.piece = before.all[best].piece;
+        own.piece = before[best].piece;
       }
       if (own.piece >= 0) continue;
       own.piece = static_cast<int>(pieces.size());
@@ -220,8 +212,8 @@ float across(const std::vector<LineCandidates>& lines, std::size_t y, const Cand
   int steps = 0;
   const auto look = [&](std::size_t at, float& place) {
     for (int b = 0; b < lines[at].count; ++b) {
-      if (lines[at].all[b].piece != c.piece) continue;
-      place = lines[at].all[b].centre;
+      if (lines[at][b].piece != c.piece) continue;
+      place = lines[at][b].centre;
       return true;
     }
     return false;
@@ -233,16 +225,34 @@ float across(const std::vector<LineCandidates>& lines, std::size_t y, const Cand
   return c.width / std::sqrt(1 + slope * slope);
 }
 
+// Where no line has a second candidate there is nothing to weigh.
+void take_all(const std::vector<LineCandidates>& lines, std::vector<Piece>& pieces, int min_length,
+              std::vector<LineReason>& reason, std::vector<int>& chosen) {
+  reason.assign(lines.size(), LineReason::kNoStripe);
+  chosen.assign(lines.size(), -1);
+  for (const LineCandidates& line : lines) {
+    if (line.count > 0) ++pieces[static_cast<std::size_t>(line.first.piece)].length;
+  }
+  for (std::size_t y = 0; y < lines.size(); ++y) {
+    if (lines[y].count == 0) continue;
+    chosen[y] = 0;
+    const bool island = pieces[static_cast<std::size_t>(lines[y].first.piece)].length < min_length;
+    reason[y] = island ? LineReason::kAmbiguous : LineReason::kNone;
+  }
+}
+
 }  // namespace
 
 void choose(std::vector<LineCandidates>& lines, int min_length, std::vector<LineReason>& reason,
             std::vector<int>& chosen) {
   constexpr double kLike = 0.7;
   std::vector<Piece> pieces = join(lines);
+  const auto one = [](const LineCandidates& line) { return line.count <= 1; };
+  if (std::all_of(lines.begin(), lines.end(), one)) return take_all(lines, pieces, min_length, reason, chosen);
   std::vector<float> widths;
   widths.reserve(lines.size());
   for (std::size_t y = 0; y < lines.size(); ++y) {
-    if (lines[y].count > 0) widths.push_back(across(lines, y, lines[y].all[0]));
+    if (lines[y].count > 0) widths.push_back(across(lines, y, lines[y].first));
   }
   float usual = 1;
   if (!widths.empty()) {
@@ -252,7 +262,7 @@ void choose(std::vector<LineCandidates>& lines, int min_length, std::vector<Line
   }
   for (std::size_t y = 0; y < lines.size(); ++y) {
     for (int c = 0; c < lines[y].count; ++c) {
-      const Candidate& own = lines[y].all[c];
+      const Candidate& own = lines[y][c];
       const double off = std::log(static_cast<double>(across(lines, y, own)) / usual) / 0.4;
       pieces[own.piece].strength += own.contrast * std::exp(-off * off / 2);
       ++pieces[own.piece].length;
@@ -263,7 +273,7 @@ void choose(std::vector<LineCandidates>& lines, int min_length, std::vector<Line
   for (std::size_t y = 0; y < lines.size(); ++y) {
     double best = 0, second = 0;
     for (int c = 0; c < lines[y].count; ++c) {
-      const double score = pieces[lines[y].all[c].piece].score();
+      const double score = pieces[lines[y][c].piece].score();
       if (score > best) {
         second = best;
         best = score;
@@ -273,7 +283,7 @@ void choose(std::vector<LineCandidates>& lines, int min_length, std::vector<Line
       }
     }
     if (chosen[y] < 0) continue;
-    const bool island = pieces[lines[y].all[chosen[y]].piece].length < min_length;
+    const bool island = pieces[lines[y][chosen[y]].piece].length < min_length;
     reason[y] = island || second > kLike * best ? LineReason::kAmbiguous : LineReason::kNone;
   }
 }

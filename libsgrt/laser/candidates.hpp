@@ -20,9 +20,19 @@ struct Candidate {
 };
 
 constexpr int kMaxCandidates = 4;
+// Nearly every line has one: the others lie elsewhere, so that the lines of an image stay in the cache.
 struct LineCandidates {
-  Candidate all[kMaxCandidates];
+  Candidate first;
+  std::vector<Candidate> others;
   int count = 0;
+  void add(const Candidate& c) {
+    if (count++ == 0)
+      first = c;
+    else
+      others.push_back(c);
+  }
+  Candidate& operator[](int i) { return i == 0 ? first : others[static_cast<std::size_t>(i - 1)]; }
+  const Candidate& operator[](int i) const { return i == 0 ? first : others[static_cast<std::size_t>(i - 1)]; }
 };
 
 // How far left and right of `centre` the profile in v[0 .. n) comes down to a share of its height, px; NaN where it

@@ -1,6 +1,7 @@
 #include "laser/lines.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -26,6 +27,28 @@ void read_any(const ImageView& v, float clip, int line, int from, int n, float* 
   if (v.type == ImageView::Type::kU8) return read_line<std::uint8_t>(v, clip, line, from, n, out);
   if (v.type == ImageView::Type::kU16) return read_line<std::uint16_t>(v, clip, line, from, n, out);
   read_line<float>(v, clip, line, from, n, out);
+}
+
+// Sum of the `kept` smallest.
+double sum_least(std::vector<float>& values, std::size_t kept) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(kept - 1), values.end());
+  double sum = 0;
+  for (std::size_t i = 0; i < kept; ++i) sum += values[i];
+  return sum;
+}
+
+// The same of second differences of bytes, which are whole numbers, by counting.
+double sum_least_whole(const std::vector<float>& values, std::size_t kept) {
+  constexpr std::size_t kMost = 4 * 255;  // with a dark frame too
+  std::array<std::size_t, 2 * kMost + 1> count{};
+  for (const float v : values) ++count[static_cast<std::size_t>(v)];
+  double sum = 0;
+  for (std::size_t v = 0; kept > 0; ++v) {
+    const std::size_t n = std::min(kept, count[v]);
+    sum += static_cast<double>(n * v);
+    kept -= n;
+  }
+  return sum;
 }
 
 }  // namespace
@@ -69,10 +92,8 @@ double noise_of(const Lines& lines) {
   const bool whole = lines.image.type != ImageView::Type::kF32;
   const double rounding = whole ? (lines.dark ? 1.0 / 6 : 1.0 / 12) : 0;
   if (second.empty()) return std::sqrt(rounding);
-  const std::size_t kept = second.size() * 9 / 10 + 1 > second.size() ? second.size() : second.size() * 9 / 10 + 1;
-  std::nth_element(second.begin(), second.begin() + static_cast<std::ptrdiff_t>(kept - 1), second.end());
-  double sum = 0;
-  for (std::size_t i = 0; i < kept; ++i) sum += second[i];
+  const std::size_t kept = std::min(second.size(), second.size() * 9 / 10 + 1);
+  const double sum = lines.image.type == ImageView::Type::kU8 ? sum_least_whole(second, kept) : sum_least(second, kept);
   const double sigma = sum / static_cast<double>(kept) / kTrimmedMean / std::sqrt(6.0);
   return std::sqrt(std::max(sigma * sigma, rounding));
 }

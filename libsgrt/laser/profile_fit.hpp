@@ -2,19 +2,25 @@
 // image. docs/theory/laser.md eq. 2-8.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "laser/candidates.hpp"
 
 namespace sgrt {
 
+// Of a Gaussian, for what noise grows with the signal (eq. 7-8).
+struct Fit {
+  double residual = 0;           // sum of squares over the variance and the degrees of freedom; 0: none
+  double variance = 0;           // px2, by the noise of dark pixels
+  double shot = 0;               // how noise of variance a would add to the variance, a being the signal at a pixel
+  double excess = 0, power = 0;  // sums of (r2 - noise2) a and of a2
+};
+
 struct Centre {
   double centre = 0, variance = 0;  // px, px2 by the noise alone
   float signal = 0, width = 0, asymmetry = 0, asymmetry_sigma = 0;
-  double residual = 0;  // of the fit: sum of squares over the variance and the degrees of freedom; 0: none
-  // Of a fit, for the shot noise (eq. 8): how it would add to the variance, and sums of (r2 - noise2) a and of a2, a
-  // being the signal at a pixel.
-  double shot = 0, excess = 0, power = 0;
+  Fit fit;
   LineReason reason = LineReason::kNone;
 };
 
@@ -23,7 +29,7 @@ struct ProfileNoise {
 };
 
 Centre centroid_centre(const Lines& lines, int line, const Candidate& c, int half, const ProfileNoise& noise);
-Centre gaussian_centre(const Lines& lines, int line, const Candidate& c, const ProfileNoise& noise);
+Centre gaussian_centre(const Run& run, const Lines& lines, int line, const Candidate& c, const ProfileNoise& noise);
 
 // Derivatives of a Gaussian of sigma px.
 struct RidgeKernel {

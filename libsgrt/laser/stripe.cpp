@@ -14,7 +14,7 @@ namespace {
 constexpr int kBlock = 128;  // lines
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-double median(std::vector<double>& values) {
+double median(std::vector<float>& values) {
   if (values.empty()) return kNaN;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -30,10 +30,10 @@ void resize(std::size_t n, Stripe& s) {
 
 // The width of the stripes across themselves, px, for the ridge's scale: the narrow half of the candidates tells it.
 double ridge_sigma(const std::vector<LineCandidates>& lines, const std::vector<int>& chosen) {
-  std::vector<double> widths;
+  std::vector<float> widths;
   widths.reserve(lines.size());
   for (std::size_t y = 0; y < lines.size(); ++y) {
-    if (chosen[y] >= 0) widths.push_back(lines[y].all[chosen[y]].width);
+    if (chosen[y] >= 0) widths.push_back(lines[y][chosen[y]].width);
   }
   return widths.empty() ? 1.5 : std::clamp(median(widths), 1.0, 6.0);
 }
@@ -53,22 +53,22 @@ void write(std::size_t y, const Centre& c, const StripeOptions& o, Stripe& s) {
 
 // Residuals beyond the noise of dark pixels: the part that goes with the signal (shot noise, speckle) widens each sigma
 // by what it does there, the rest (a profile that is no Gaussian) all of them alike (eq. 8).
-void finish(const std::vector<Centre>& fits, const ProfileNoise& noise, Stripe& s) {
+void finish(const std::vector<Fit>& fits, const ProfileNoise& noise, Stripe& s) {
   double excess = 0, power = 0;
-  std::vector<double> residuals;
+  std::vector<float> residuals;
   residuals.reserve(fits.size());
-  for (const Centre& fit : fits) excess += fit.excess, power += fit.power;
+  for (const Fit& fit : fits) excess += fit.excess, power += fit.power;
   const double gain = power > 0 ? std::max(0.0, excess / power) : 0;
   for (std::size_t y = 0; y < fits.size(); ++y) {
-    const Centre& fit = fits[y];
+    const Fit& fit = fits[y];
     if (!(fit.residual > 0) || s.reason[y] != 0) continue;
     const double share = gain * fit.shot / (fit.variance + gain * fit.shot);
     s.sigma[y] = static_cast<float>(std::sqrt(fit.variance + gain * fit.shot));
-    if (share < 0.3) residuals.push_back(fit.residual);  // else the excess is accounted for
+    if (share < 0.3) residuals.push_back(static_cast<float>(fit.residual));  // else the excess is accounted for
   }
   s.gain = noise.gain > 0 ? noise.gain : gain;
   if (residuals.size() >= 10) s.fit_scale = std::sqrt(std::max(1.0, median(residuals) / 0.95));
-  std::vector<double> sigmas;
+  std::vector<float> sigmas;
   sigmas.reserve(s.reason.size());
   for (std::size_t y = 0; y < s.reason.size(); ++y) {
     ++s.reason_count[s.reason[y]];
@@ -135,7 +135,7 @@ Stripe extract_stripe(const Run& run, const ImageView& image, const ImageView* d
   std::optional<RidgeKernel> ridge;
   if (o.method == StripeMethod::kRidge) ridge.emplace(ridge_sigma(found, chosen));
   const ProfileNoise noise{s.noise, o.gain};
-  std::vector<Centre> fits(n);
+  std::vector<Fit> fits(o.method == StripeMethod::kGaussian ? n : 0);
   parallel_for(
       run, lines.count(), kBlock,
       [&](std::int64_t begin, std::int64_t end) {
@@ -144,11 +144,11 @@ Stripe extract_stripe(const Run& run, const ImageView& image, const ImageView* d
           const int line = static_cast<int>(i);
           s.reason[y] = static_cast<std::uint8_t>(reason[y]);
           if (reason[y] != LineReason::kNone) continue;
-          const Candidate& c = found[y].all[chosen[y]];
+          const Candidate& c = found[y][chosen[y]];
           const Centre centre = ridge                                 ? ridge_centre(lines, line, c, *ridge, noise)
-                                : o.method == StripeMethod::kGaussian ? gaussian_centre(lines, line, c, noise)
+                                : o.method == StripeMethod::kGaussian ? gaussian_centre(run, lines, line, c, noise)
                                                                       : centroid_centre(lines, line, c, half, noise);
-          fits[y] = centre;
+          if (!fits.empty()) fits[y] = centre.fit;
           write(y, centre, o, s);
         }
       },
