@@ -411,10 +411,36 @@ double common_scale(const LaserCalibration& r) {
   return count > kFew ? std::sqrt(sum / (count - kFew)) : 1;
 }
 
+// Errors that all stripes on the board in one place have in common (its pose, the lens there): the gradients g_v of the
+// places, which are 0 in sum, over what independent noise lets expect of them, Cov g_v = H_v - H_v H^-1 H_v, H_v the
+// place's own information (eq. 19).
+double place_scale(Problem p, const State& s, const Normal& whole, const Eigen::MatrixXd& information) {
+  const Basis basis = basis_of(s.unit);
+  const Eigen::Index free = basis.cols(), size = whole.H.rows();
+  const std::vector<double> weight = p.weight;
+  const Eigen::LDLT<Eigen::MatrixXd> solver(information);
+  double sum = 0, expected = static_cast<double>(free);
+  for (std::size_t v = 0; v < p.views.size(); ++v) {
+    for (std::size_t i = 0; i < weight.size(); ++i)
+      p.weight[i] = p.sights[i].placement == static_cast<int>(v) ? weight[i] : 0;
+    Normal own{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0};
+    add_stripes(p, s, basis, own);
+    const Eigen::Index at = free + 6 * static_cast<Eigen::Index>(v);
+    const Eigen::MatrixXd H =
+        own.H.topLeftCorner(free, free) -
+        whole.H.block(0, at, free, 6) * whole.H.block<6, 6>(at, at).ldlt().solve(whole.H.block(at, 0, 6, free));
+    const Eigen::MatrixXd share = solver.solve(H);
+    sum += own.g.head(free).dot(solver.solve(own.g.head(free)));
+    expected -= (share * share).trace();
+  }
+  return expected > 0.5 ? std::sqrt(sum / expected) : 1;
+}
+
 void set_covariance(const Problem& p, const State& s, LaserCalibration& r) {
   const Basis basis = basis_of(s.unit);
-  const Eigen::MatrixXd information = unit_information(normal_of(p, s), basis.cols());
-  const double scale = std::max(r.noise_scale, common_scale(r));
+  const Normal whole = normal_of(p, s);
+  const Eigen::MatrixXd information = unit_information(whole, basis.cols());
+  const double scale = std::max({r.noise_scale, common_scale(r), place_scale(p, s, whole, information)});
   const Eigen::MatrixXd own = scale * scale * information.inverse();
   if (!own.allFinite()) fail(Status::kDegenerate, "the stripes leave the laser unit free");
   name_unfixed(information.inverse(), r);

@@ -51,6 +51,25 @@ void write(std::size_t y, const Centre& c, const StripeOptions& o, Stripe& s) {
   s.sigma[y] = static_cast<float>(std::sqrt(c.variance));
 }
 
+// How much the reflectance changes from a pixel to the next, as a share: from line to line the stripe's signal shows
+// it, and across the stripe, where it shifts the centre, it will be alike (eq. 9). The noise of the signals themselves
+// is the same between neighbours and between lines three apart, and falls out.
+double texture_of(const Stripe& s) {
+  const auto square = [&](std::size_t apart) {
+    std::vector<float> changes;
+    changes.reserve(s.signal.size());
+    for (std::size_t y = 0; y + apart < s.signal.size(); ++y) {
+      if (s.reason[y] == 0 && s.reason[y + apart] == 0)
+        changes.push_back(2 * std::abs(s.signal[y + apart] - s.signal[y]) / (s.signal[y + apart] + s.signal[y]));
+    }
+    constexpr double kNormal = 1.4826;
+    const double middle = changes.size() < 10 ? 0 : kNormal * median(changes);
+    return middle * middle;
+  };
+  constexpr std::size_t kApart = 3;
+  return std::sqrt(std::max(0.0, (square(kApart) - square(1)) / (kApart * kApart - 1)));
+}
+
 // Residuals beyond the noise of dark pixels: the part that goes with the signal (shot noise, speckle) widens each sigma
 // by what it does there, the rest (a profile that is no Gaussian) all of them alike (eq. 8).
 void finish(const std::vector<Fit>& fits, const ProfileNoise& noise, Stripe& s) {
@@ -70,10 +89,12 @@ void finish(const std::vector<Fit>& fits, const ProfileNoise& noise, Stripe& s) 
   if (residuals.size() >= 10) s.fit_scale = std::sqrt(std::max(1.0, median(residuals) / 0.95));
   std::vector<float> sigmas;
   sigmas.reserve(s.reason.size());
+  const double texture = fits.empty() ? 0 : texture_of(s);
   for (std::size_t y = 0; y < s.reason.size(); ++y) {
     ++s.reason_count[s.reason[y]];
     if (s.reason[y] != 0) continue;
-    s.sigma[y] *= static_cast<float>(s.fit_scale);
+    const double shift = texture * s.width[y] * s.width[y];
+    s.sigma[y] = static_cast<float>(std::hypot(s.fit_scale * s.sigma[y], shift));
     sigmas.push_back(s.sigma[y]);
   }
   s.found = static_cast<std::int64_t>(sigmas.size());
