@@ -1,4 +1,4 @@
-"""The laser against exact truth, and the speed of stripe extraction beside a memcpy. By hand:
+"""Stripe extraction beside a memcpy and plain NumPy (rows of run.py); the laser against exact truth, by hand:
 
 .venv/bin/python benchmarks/laser.py [speed] [stripe] [sweep] [motion] [calibration]
 """
@@ -7,23 +7,29 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import sgrt
+from harness import Arrays, Peer, alternate, row, timed
 from sgrt import twin
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests/python"))
 import test_laser as scenes
 
 
+def stripe_image() -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(0)
+    v, u = np.mgrid[0:1024, 0:1280]
+    centre = 640 + 80 * np.sin(v / 150)
+    image = 20 + 150 * np.exp(-((u - centre) ** 2) / 2 / 1.5**2) + rng.normal(0, 3, v.shape)
+    return np.clip(np.rint(image), 0, 255).astype(np.uint8), centre[:, 0]
+
+
 def speed() -> None:
     """Ratios of CPU time to a memcpy of the image, taken alternately over 48 images; the median."""
-    rng = np.random.default_rng(0)
-    rows, columns = np.mgrid[0:1024, 0:1280]
-    centre = 640 + 80 * np.sin(rows / 150)
-    image = 20 + 150 * np.exp(-((columns - centre) ** 2) / 2 / 1.5**2) + rng.normal(0, 3, rows.shape)
-    image = np.clip(np.rint(image), 0, 255).astype(np.uint8)
+    image, _ = stripe_image()
     frames = np.stack([np.roll(image, k, axis=0) for k in range(48)])  # 63 MB: a stream does not lie in the cache
     copies = np.empty_like(frames)
     context = sgrt.Context(threads=1)
@@ -41,6 +47,46 @@ def speed() -> None:
     print(f"memcpy of 1280 x 1024 u8: {np.median(base) / 1e3:.0f} us")
     for name, series in times.items():
         print(f"{name}: {np.median(series) / 1e3:.0f} us, {np.median(np.array(series) / base):.2f} x memcpy")
+
+
+def rows(folder: Path, repeats: int, threads: int) -> Iterator[dict]:
+    """A centre a row of 1280 x 1024 bytes; error: RMS of the centres. The peer: maximum, its background, centroid."""
+    image, truth = stripe_image()
+    frames = np.stack([np.roll(image, k, axis=0) for k in range(16)])  # a stream does not lie in the cache
+    np.savez(folder / "laser.npz", frames=frames)
+    context = sgrt.Context(threads=threads)
+    copies = np.empty_like(frames)
+
+    def memcpy() -> float:
+        start = time.perf_counter_ns()
+        for k in range(len(frames)):
+            np.copyto(copies[k], frames[k])
+        return (time.perf_counter_ns() - start) / 1e6 / len(frames)
+
+    for method in ("centroid", "gaussian", "ridge"):
+
+        def ours(_: int, method: str = method) -> Arrays:
+            found = [sgrt.stripe_extract(frame, method=method, context=context).centre for frame in frames]
+            return {"centre": found[0]}
+
+        with Peer("NumPy centroid", folder / "laser.npz", threads) as peer:
+            ms, peer_ms, a, b = alternate(timed(ours), peer, repeats)
+        base = float(np.median([memcpy() for _ in range(repeats + 1)]))
+        ms, peer_ms = ms / len(frames), peer_ms / len(frames)
+        yield row(
+            f"stripe, {method}, {ms / base:.1f} x memcpy",
+            ms,
+            "NumPy centroid",
+            peer_ms,
+            error(a[-1]["centre"], truth),
+            error(b[-1]["centre"], truth),
+            "px",
+            threads,
+        )
+
+
+def error(centre: np.ndarray, truth: np.ndarray) -> float:
+    return float(np.sqrt(np.nanmean((centre - truth) ** 2)))
 
 
 def stripe() -> None:

@@ -108,6 +108,25 @@ def numpy_tof(inputs, threads):
     return measure
 
 
+@peer("NumPy centroid")
+def numpy_stripe(inputs, threads):
+    """The brightest pixel of a row, the mean of its flanks as background, the centroid of 9 pixels about it."""
+    frames = inputs["frames"]
+    reach = np.arange(-8, 9)
+
+    def extract(_):
+        found = []
+        for image in frames:
+            at = image.argmax(axis=1)
+            columns = np.clip(at[:, None] + reach, 0, image.shape[1] - 1)
+            window = np.take_along_axis(image, columns, axis=1).astype(np.float32)
+            inside = window[:, 4:13] - (window[:, :4].mean(axis=1) + window[:, 13:].mean(axis=1))[:, None] / 2
+            found.append(at + (inside * reach[4:13]).sum(axis=1) / inside.sum(axis=1))
+        return {"centre": found[0]}
+
+    return extract
+
+
 def opencv_stereo(make):
     def prepare(inputs, threads):
         import cv2

@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-NAMES = ("icp", "stereo", "project", "nurbs", "nurbs_fit", "calibration", "filter", "tof")
+NAMES = ("icp", "stereo", "project", "nurbs", "nurbs_fit", "calibration", "filter", "tof", "laser")
 
 
 def main() -> None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sgrt
 from sgrt import io, twin
+from sgrt.boards import read_photo
 from sgrt.cli import main
 
 POINTS = sgrt.board_points("chessboard", 14, 10, 40.0)
@@ -284,7 +287,143 @@ def test_calibration_without_answer():
         sgrt.calibration_laser(rig, "scanner", **arguments | {"stripe_sigma_px": 0 * arguments["stripe_sigma_px"]})
 
 
+def test_what_the_sweep_does_not_fix_is_named():
+    """Where the fan meets the axis and the mirror, mirror and fan may turn together: the same light."""
+    scanner = WIDE.with_mirror(replace(WIDE.mirror, offset_mm=0.0, fan_point=WIDE.mirror.axis_point))
+    readings = np.array([reading_for(scanner, x) for x in np.linspace(-300, 300, 9)])
+    views = [board_images(scanner, pose, readings, 30 + i) for i, pose in enumerate(POSES[:6])]
+    rig = sgrt.Rig(scanner.rig_json())
+    result = sgrt.calibration_laser(rig, "scanner", **calibration_arguments(scanner, views), noise_px=0.05)
+    report = json.loads(result.report)
+    assert any("mirror's normal" in words and "turn of the fan" in words for words in report["not_fixed"])
+    assert any("does not fix" in words for words in report["warnings"])
+    assert result.rig is not None and plane_error_mm(result.rig, scanner) < 0.15
+
+
+def test_errors_shared_by_a_place_widen_the_covariance():
+    """Boards that a bad lens puts 2 mm too near or far: no more residual along a stripe, yet a worse plane."""
+    readings = np.array([reading_for(WIDE, x) for x in np.linspace(-300, 300, 9)])
+    sigmas = []
+    for shift in (0.0, 2.0):
+        views = []
+        for i, pose in enumerate(POSES):
+            view = board_images(WIDE, pose, readings, 50 + i)
+            near = pose.copy()
+            near[2, 3] += shift * (-1) ** i
+            view["corners"] = board_images(WIDE, near, readings[:1], 50 + i)["corners"]
+            views.append(view)
+        rig = sgrt.Rig(WIDE.rig_json())
+        arguments = calibration_arguments(WIDE, views)
+        arguments["stripe_sigma_px"] = np.full(len(arguments["stripe_px"]), 1.0)  # hides it from the residuals
+        report = json.loads(sgrt.calibration_laser(rig, "scanner", **arguments, noise_px=0.05).report)
+        sigmas.append(report["point_sigma_mm"])
+    assert sigmas[1] > 2 * sigmas[0]
+
+
 # ------------------------------------------------------------------------------------------------- files, command line
+
+
+def board_picture(scanner: twin.Scanner, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Albedo (3 x 3 rays a pixel) of a chessboard of 9 x 7 squares of 20 mm on white, and the pixels' room points."""
+    width, height = scanner.camera.image_size
+    camera, to_board = np.array(scanner.camera.camera_from_room).reshape(4, 4), np.linalg.inv(pose)
+    v, u = np.mgrid[0:height, 0:width]
+    x, y = (a.reshape(u.shape) for a in scanner.camera.ray(u.ravel(), v.ravel()))
+    ray = np.stack([x, y, np.ones_like(x)], -1) @ camera[:3, :3]
+    depth = pose[:3, 2] @ (pose[:3, 3] - scanner.camera.centre) / (ray @ pose[:3, 2])
+    room = scanner.camera.centre + ray * depth[..., None]
+    on = (room @ to_board[:3, :3].T + to_board[:3, 3])[..., :2]
+    down, right = np.gradient(on, axis=(0, 1))
+    albedo = np.zeros(u.shape)
+    for i, j in np.ndindex(3, 3):
+        square = np.floor((on + (i - 1) / 3 * right + (j - 1) / 3 * down) / 20.0).astype(int)
+        inside = ((square >= [-1, -1]) & (square <= [7, 5])).all(axis=-1)
+        albedo += np.where(inside & (square.sum(axis=-1) % 2 == 0), 0.3, 1.0) / 9
+    return albedo, room
+
+
+def photo(
+    scanner: twin.Scanner, picture: tuple[np.ndarray, np.ndarray], reading: float | None, seed: int
+) -> np.ndarray:
+    albedo, room = picture
+    light = np.full(albedo.shape, 60.0)
+    if reading is not None:
+        normal, d = scanner.mirror.plane(reading)
+        light += 150 * np.exp(-0.5 * ((room @ normal - d) / 1.2) ** 2)
+    noise = np.random.default_rng(seed).normal(0, 1, albedo.shape)
+    return np.clip(np.rint(albedo * light + noise), 0, 255).astype(np.uint8)
+
+
+def test_command_calibrates_from_images(tmp_path, capsys):
+    board = sgrt.board_points("chessboard", 8, 6, 20.0)
+    centred, flip = np.eye(4), np.diag([1.0, -1.0, -1.0, 1.0])
+    centred[:3, 3] = -board.mean(axis=0)
+    readings = [reading_for(SCANNER, x) for x in (-60, -20, 20, 60)]
+    files = []
+    for i, (pitch, roll, z) in enumerate([(0, 15, -60), (0, -15, 60), (15, 0, 0), (-15, 8, 30), (12, -12, -30)]):
+        pose = twin.displacement(pitch_deg=pitch, roll_deg=roll, vrt_mm=z) @ flip @ centred
+        picture = board_picture(SCANNER, pose)
+        place = tmp_path / str(i)
+        place.mkdir()
+        io.write_image(place / "dark.png", photo(SCANNER, picture, None, i))
+        frames = []
+        for k, reading in enumerate(readings):
+            io.write_image(place / f"{k}.png", photo(SCANNER, picture, reading, 10 * i + k))
+            frames.append(io.ScanFrame(place / f"{k}.png", reading, float(k)))
+        io.write_scan(place / "scan.json", io.Scan("scanner", frames, dark=place / "dark.png"))
+        files += ["--scan", str(place / "scan.json")]
+    (tmp_path / "rig.json").write_text(SCANNER.rig_json(twin.default_mirror(5)))
+    out = tmp_path / "out.json"
+    command = ["calibrate", "laser", "--rig", str(tmp_path / "rig.json"), "--board", "chessboard:8x6:20"]
+    assert main([*command, *files, "--out", str(out), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["status"] == "ok" and len(report["placements"]) == 5 and report["rms_px"] < 0.2
+    rig = sgrt.Rig(out.read_text())
+    for reading, x in zip(readings, (-60, -20, 20, 60), strict=True):
+        plane, point = sgrt.laser_plane(rig, "scanner", reading), np.array([x, 0.0, 0.0])
+        ray = (point - SCANNER.camera.centre) / np.linalg.norm(point - SCANNER.camera.centre)
+        assert abs((plane[:3] @ point - plane[3]) / (plane[:3] @ ray)) < 1.0
+    (tmp_path / "0/dark.png").unlink()
+    assert main([*command, *files, "--out", str(out)]) == 2
+    assert "dark.png" in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------------------------------------------------- real data
+
+
+@pytest.fixture(scope="module")
+def desktop():
+    if not DATA.is_dir():
+        pytest.skip(f"{DATA} is not here")
+    pytest.importorskip("PIL")
+    sys.path.insert(0, str(Path(__file__).parents[2] / "scripts"))
+    import laser_picture
+
+    return laser_picture
+
+
+def test_real_scan_has_a_clean_profile(desktop):
+    jitters = []
+    for path in desktop.frames_of(DATA / "scan")[::4]:
+        stripe = sgrt.stripe_extract(read_photo(path))
+        assert stripe.found_count > 0.8 * len(stripe.centre)
+        jitters.append(desktop.jitter(stripe.centre))
+    assert np.median(jitters) < 0.25  # in some frames the object stands before the wall
+
+
+def test_real_light_plane(desktop):
+    """Explains its stripes to 0.4 px; halves of the images agree within what their covariance says (3 parameters)."""
+    rig, views = desktop.rig_of(DATA), desktop.views_of(DATA)
+    whole = desktop.calibrate(rig, views)
+    assert whole.view_count >= 14 and whole.rms_px < 0.4
+    halves = [desktop.calibrate(rig, views[k::2]) for k in (0, 1)]
+    rays = rig.unproject("cam", whole.corners[whole.corners[:, 7] > 0, 3:5])[0]
+    depth = [desktop.depth_of(np.asarray(sgrt.laser_plane(half.rig, "line", 0.0)), rays) for half in halves]
+    apart = np.sqrt(np.mean((depth[0] - depth[1]) ** 2))
+    assert apart < 2.5 * np.hypot(*(json.loads(half.report)["point_sigma_mm"] for half in halves))
+
+
+# ------------------------------------------------------------------------------------------------- files of a sweep
 
 
 @pytest.fixture(scope="module")
