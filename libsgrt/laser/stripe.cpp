@@ -52,8 +52,8 @@ void write(std::size_t y, const Centre& c, const StripeOptions& o, Stripe& s) {
 }
 
 // How much the reflectance changes from a pixel to the next, as a share: from line to line the stripe's signal shows
-// it, and across the stripe, where it shifts the centre, it will be alike (eq. 9). The noise of the signals themselves
-// is the same between neighbours and between lines three apart, and falls out.
+// it, and across the stripe, where it shifts the centre, it will be alike (eq. 8a). The noise of the signals themselves
+// is the same between neighbours and between lines five apart, and falls out.
 double texture_of(const Stripe& s) {
   const auto square = [&](std::size_t apart) {
     std::vector<float> changes;
@@ -66,8 +66,9 @@ double texture_of(const Stripe& s) {
     const double middle = changes.size() < 10 ? 0 : kNormal * median(changes);
     return middle * middle;
   };
-  constexpr std::size_t kApart = 3;
-  return std::sqrt(std::max(0.0, (square(kApart) - square(1)) / (kApart * kApart - 1)));
+  constexpr std::size_t kApart = 5;
+  const double allowed = 1 + 4 / std::sqrt(static_cast<double>(s.signal.size()));  // for the noise of the medians
+  return std::sqrt(std::max(0.0, (square(kApart) - allowed * square(1)) / (kApart * kApart - 1)));
 }
 
 // Residuals beyond the noise of dark pixels: the part that goes with the signal (shot noise, speckle) widens each sigma
