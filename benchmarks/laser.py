@@ -27,12 +27,11 @@ def stripe_image() -> tuple[np.ndarray, np.ndarray]:
     return np.clip(np.rint(image), 0, 255).astype(np.uint8), centre[:, 0]
 
 
-def speed() -> None:
-    """Ratios of CPU time to a memcpy of the image, taken alternately over 48 images; the median."""
+def cpu_us(context: sgrt.Context) -> dict[str, tuple[float, float]]:
+    """CPU time and its ratio to a memcpy of the image, each image of a stream in turn; medians."""
     image, _ = stripe_image()
     frames = np.stack([np.roll(image, k, axis=0) for k in range(48)])  # 63 MB: a stream does not lie in the cache
     copies = np.empty_like(frames)
-    context = sgrt.Context(threads=1)
     times: dict[str, list[float]] = {"memcpy": [], "centroid": [], "gaussian": [], "ridge": []}
     for _ in range(2):
         for name, series in times.items():
@@ -43,10 +42,13 @@ def speed() -> None:
                 else:
                     sgrt.stripe_extract(frame, method=name, context=context)
                 series.append(time.process_time_ns() - start)
-    base = np.array(times.pop("memcpy"))
-    print(f"memcpy of 1280 x 1024 u8: {np.median(base) / 1e3:.0f} us")
-    for name, series in times.items():
-        print(f"{name}: {np.median(series) / 1e3:.0f} us, {np.median(np.array(series) / base):.2f} x memcpy")
+    base = np.array(times["memcpy"])
+    return {name: (float(np.median(t)) / 1e3, float(np.median(np.array(t) / base))) for name, t in times.items()}
+
+
+def speed() -> None:
+    for name, (us, ratio) in cpu_us(sgrt.Context(threads=1)).items():
+        print(f"{name}, 1280 x 1024 u8: {us:.0f} us, {ratio:.2f} x memcpy")
 
 
 def rows(folder: Path, repeats: int, threads: int) -> Iterator[dict]:
@@ -55,13 +57,7 @@ def rows(folder: Path, repeats: int, threads: int) -> Iterator[dict]:
     frames = np.stack([np.roll(image, k, axis=0) for k in range(16)])  # a stream does not lie in the cache
     np.savez(folder / "laser.npz", frames=frames)
     context = sgrt.Context(threads=threads)
-    copies = np.empty_like(frames)
-
-    def memcpy() -> float:
-        start = time.perf_counter_ns()
-        for k in range(len(frames)):
-            np.copyto(copies[k], frames[k])
-        return (time.perf_counter_ns() - start) / 1e6 / len(frames)
+    measured = cpu_us(sgrt.Context(threads=1))
 
     for method in ("centroid", "gaussian", "ridge"):
 
@@ -71,10 +67,9 @@ def rows(folder: Path, repeats: int, threads: int) -> Iterator[dict]:
 
         with Peer("NumPy centroid", folder / "laser.npz", threads) as peer:
             ms, peer_ms, a, b = alternate(timed(ours), peer, repeats)
-        base = float(np.median([memcpy() for _ in range(repeats + 1)]))
         ms, peer_ms = ms / len(frames), peer_ms / len(frames)
         yield row(
-            f"stripe, {method}, {ms / base:.1f} x memcpy",
+            f"stripe, {method}, {measured[method][1]:.1f} x memcpy",
             ms,
             "NumPy centroid",
             peer_ms,

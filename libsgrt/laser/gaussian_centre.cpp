@@ -13,35 +13,33 @@ using Equations = kernels::GaussSums;
 struct Factor {
   double L[kSize][kSize];
 };
-// N = L L^T, the diagonal grown by the damping; 1 / L_jj stands on the diagonal. NaN where N is not positive.
+// N = L D L^T, the diagonal grown by the damping; L has ones on the diagonal, where 1 / D_jj stands.
 Factor factor(const Equations& q, double damping) {
   Factor f{};
-  auto& L = f.L;
-  const auto& N = q.N;
+  double scaled[kSize][kSize];  // L D
   for (int j = 0; j < kSize; ++j) {
-    double d = N[j][j] * (1 + damping);
-    for (int k = 0; k < j; ++k) d -= L[j][k] * L[j][k];
-    L[j][j] = 1 / std::sqrt(d);
+    double d = q.N[j][j] * (1 + damping);
+    for (int k = 0; k < j; ++k) d -= scaled[j][k] * f.L[j][k];
+    f.L[j][j] = 1 / d;
     for (int i = j + 1; i < kSize; ++i) {
-      double v = N[i][j];
-      for (int k = 0; k < j; ++k) v -= L[i][k] * L[j][k];
-      L[i][j] = v * L[j][j];
+      double v = q.N[i][j];
+      for (int k = 0; k < j; ++k) v -= scaled[i][k] * f.L[j][k];
+      scaled[i][j] = v;
+      f.L[i][j] = v * f.L[j][j];
     }
   }
   return f;
 }
 
 Vec solved(const Factor& f, const double* right) {
-  const auto& L = f.L;
   Vec y;
   for (int j = 0; j < kSize; ++j) {
     y[j] = right[j];
-    for (int k = 0; k < j; ++k) y[j] -= L[j][k] * y[k];
-    y[j] *= L[j][j];
+    for (int k = 0; k < j; ++k) y[j] -= f.L[j][k] * y[k];
   }
   for (int j = kSize; j-- > 0;) {
-    for (int k = j + 1; k < kSize; ++k) y[j] -= L[k][j] * y[k];
-    y[j] *= L[j][j];
+    y[j] *= f.L[j][j];
+    for (int k = j + 1; k < kSize; ++k) y[j] -= f.L[k][j] * y[k];
   }
   return y;
 }

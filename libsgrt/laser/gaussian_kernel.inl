@@ -75,8 +75,7 @@ static void shot(const GaussTask& w, const double L[kSize][kSize], const double*
       effect += top[j] * x.J[j];
       y[j] = x.J[j];
       for (int k = 0; k < j; ++k) y[j] -= L[j][k] * y[k];
-      y[j] *= L[j][j];
-      leverage += y[j] * y[j];
+      leverage += y[j] * y[j] * L[j][j];
     }
     effect *= x.weight;
     const Four left = there - x.weight * leverage;

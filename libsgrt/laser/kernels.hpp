@@ -45,8 +45,8 @@ void gauss_sums_baseline(const GaussTask& task, GaussSums* out);
 void gauss_sums_avx2(const GaussTask& task, GaussSums* out);
 
 // What noise that grows with the signal does to the centre: sums of k_i^2 a_i, k_i = d centre / d v_i; of the residuals
-// beside it, of which the fit leaves the share 1 - h_i, h the leverage; and of that share times a_i^2. N = L L^T, L's
-// diagonal inverted; top: first row of the inverse of N.
+// beside it, of which the fit leaves the share 1 - h_i, h the leverage; and of that share times a_i^2. N = L D L^T, 1 /
+// D on L's diagonal; top: first row of the inverse of N.
 struct GaussShot {
   double shot, excess, power;
 };

@@ -17,10 +17,14 @@ ImageView turned(ImageView v) {
 template <class T>
 void read_line(const ImageView& v, float clip, int line, int from, int n, float* out) {
   const char* p = static_cast<const char*>(v.data) + line * v.row_stride + from * v.column_stride;
-  for (int i = 0; i < n; ++i, p += v.column_stride) {
-    const float value = static_cast<float>(*reinterpret_cast<const T*>(p));
-    out[i] = value < clip && value < Lines::kClipped ? value : Lines::kClipped;  // NaN counts as clipped
-  }
+  const auto read = [&](std::int64_t stride) {
+    for (int i = 0; i < n; ++i) {
+      const float value = static_cast<float>(*reinterpret_cast<const T*>(p + i * stride));
+      out[i] = value < clip && value < Lines::kClipped ? value : Lines::kClipped;  // NaN counts as clipped
+    }
+  };
+  constexpr std::int64_t kDense = sizeof(T);  // a constant, so that the loop becomes vectors
+  v.column_stride == kDense ? read(kDense) : read(v.column_stride);
 }
 
 void read_any(const ImageView& v, float clip, int line, int from, int n, float* out) {
