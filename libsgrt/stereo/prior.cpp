@@ -62,7 +62,8 @@ RectifiedCrop crop_round(const Rectification& r, const std::vector<Seen>& seen, 
     x0 = std::min(x0, s.x), x1 = std::max(x1, s.x), y0 = std::min(y0, s.y), y1 = std::max(y1, s.y);
     r0 = std::min(r0, s.x - s.d), r1 = std::max(r1, s.x - s.d);
   }
-  const double margin = window / 2 + kMargin;
+  const int half = window / 2;
+  const double margin = half + kMargin;
   const auto from = [](double x) { return std::max(0, static_cast<int>(std::floor(x))); };
   const auto size = [](double x, int first, int limit) {
     return std::min(limit, static_cast<int>(std::ceil(x)) + 1) - first;

@@ -52,8 +52,8 @@ ErrorTable tabulate(const Run& run, const Rectification& r, const RectifiedView&
       [&](std::int64_t begin, std::int64_t end) {
         Mat2X A, B;
         for (std::int64_t k = begin; k < end; ++k) {
-          const auto x = static_cast<double>(k % t.columns * kErrorCell);
-          const auto y = static_cast<double>(k / t.columns * kErrorCell);
+          const std::int64_t row = k / t.columns, column = k - row * t.columns;
+          const auto x = static_cast<double>(column * kErrorCell), y = static_cast<double>(row * kErrorCell);
           if (!shifts_at(r, view, modes, x, y, A, B)) continue;
           float* out = &t.nodes[static_cast<std::size_t>(k) * t.numbers];
           for (const Mat2X* part : {&A, &B})
