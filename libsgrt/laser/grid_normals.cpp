@@ -12,6 +12,9 @@ namespace sgrt {
 namespace {
 
 constexpr int kReach = 2;  // of the coarser direction
+// Noise is along the ray, sigma along the normal: a normal that is wrong by much would make a point look exact. So
+// there is none where the neighbours are no plane (their thickness over their width, squared) or stand on edge.
+constexpr double kMaxThickness = 0.02, kMinCos = 0.26;
 
 // The median distance of neighbours `step` apart in memory, over a sample.
 double spacing(const Surface& s, std::int64_t step, std::int64_t width) {
@@ -54,7 +57,7 @@ Vec3 normal_at(const Surface& s, std::int64_t line, std::int64_t column, int lin
   solver.computeDirect(C);
   const Vec3 e = solver.eigenvalues();
   // Points on a line fix no plane, nor does a heap.
-  if (!(e(1) > 0.01 * e(2) && e(0) < 0.25 * e(1))) return none;
+  if (!(e(1) > 0.01 * e(2) && e(0) < kMaxThickness * e(1))) return none;
   return solver.eigenvectors().col(0);
 }
 
@@ -77,7 +80,8 @@ void set_grid_normals(const Run& run, const Vec3& viewpoint, Surface& s) {
             const std::int64_t k = line * s.width + column;
             if (!s.present(k)) continue;
             const Vec3 n = normal_at(s, line, column, lines, columns, limit);
-            s.normals.row(k) = (n.dot(viewpoint - s.point(k)) < 0 ? Vec3(-n) : n).normalized().transpose();
+            const double facing = n.dot((viewpoint - s.point(k)).normalized());
+            if (std::abs(facing) > kMinCos) s.normals.row(k) = (facing < 0 ? Vec3(-n) : n).transpose();
           }
         }
       },
