@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAmbiguous = 0.9;    // a runner-up so near the best
-constexpr double kScaleBias = 0.25;   // of the scale: an extremum of smoothed curvature is not that of the skin's own
 constexpr std::size_t kTried = 12;    // matches that are held against the reference's skin
 constexpr std::size_t kSparse = 5;    // first by every fifth of its points
 constexpr double kSkinFits = 0.5;     // share of the skin about the landmarks that must fit
@@ -69,8 +68,7 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   const Candidate& c = scene.candidates[static_cast<std::size_t>(match.candidate[i])];
   Peak peak = polish(run, scene, c.x, c.n, c.sign);
   if (!peak.found) return out;
-  const double bias = kScaleBias * scene.scale;
-  peak.covariance += bias * bias * (Mat3::Identity() - c.n * c.n.transpose()) + 1e-8 * Mat3::Identity();
+  peak.covariance += 1e-8 * Mat3::Identity();
   // In the tangent plane of the extremum; the height is the skin's.
   const Vec3 e1 = c.n.unitOrthogonal(), e2 = c.n.cross(e1);
   Eigen::Matrix<double, 2, 3> plane;
@@ -87,8 +85,11 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   if (!foot.found) return out;
   out.position = foot.foot;
   const Eigen::Matrix2d post = gain * b;
-  out.covariance = plane.transpose() * post * plane +
-                   std::max(foot.variance * scene.noise * scene.noise, 1e-8) * foot.normal * foot.normal.transpose();
+  // The skin bends away from the plane: a place off by s along it lies k s^2 / 2 deeper.
+  const double sag = 0.5 * std::sqrt(0.5 * (c.k1 * c.k1 + c.k2 * c.k2)) * post.trace();
+  out.covariance =
+      plane.transpose() * post * plane +
+      (std::max(foot.variance * scene.noise * scene.noise, 1e-8) + sag * sag) * foot.normal * foot.normal.transpose();
   return out;
 }
 
