@@ -23,6 +23,7 @@ constexpr double kPeakSlack = 0.45;  // of the scale: how far noise may move an 
 constexpr std::size_t kKeep = 24;    // hypotheses that are refined
 constexpr double kDifferent = 15;    // mm rms between two different answers
 constexpr double kLeastCosine = 0.4;
+constexpr double kTilt = 0.4;  // sigma of one less the cosine between the skin's normal and the model's
 
 int sign_of(const LandmarkPoint& p) {
   return p.k1 + p.k2 > 0 ? 1 : -1;
@@ -68,7 +69,9 @@ class Search {
     for (auto* v : {&candidate_curved_, &candidate_shape_, &stands_out_}) v->reserve(scene.candidates.size());
     for (const LandmarkPoint& p : model.points) {
       sign_.push_back(sign_of(p));
-      curved_.push_back(curvedness(p.k1, p.k2));
+      // A disc wider than the model's sees less of a form of radius 1 / C.
+      const double C = curvedness(p.k1, p.k2);
+      curved_.push_back(C * std::hypot(1, C * model.scale) / std::hypot(1, C * scene.scale));
       shape_.push_back(shape_of(p.k1, p.k2));
     }
     for (const Candidate& c : scene.candidates) {
@@ -175,6 +178,13 @@ class Search {
           continue;
         }
       }
+      // Skin that passes the place by, or looks elsewhere, speaks against the match too.
+      if (seen) {
+        const auto hit = scene_.nearest.nearest(x, 1e3);
+        const double off = normal.dot(scene_.surface->point(hit.index) - x) / tolerance(i);
+        const double tilt = (1 - normal.dot(scene_.field.normals.row(hit.index))) / kTilt;
+        m.value[i] *= std::exp(-0.25 * off * off - 0.25 * tilt * tilt);
+      }
       ++m.seen;
       m.matched += m.value[i] > kMatched;
       // Weakly bent points tell little, whether they match or not.
@@ -182,6 +192,9 @@ class Search {
       sum += weight * m.value[i];
       all += weight;
     }
+    // Bodies of an extreme size are rare: the range is two sigmas.
+    const double extreme = model_.size_range > 0 ? 2 * (m.size - 1) / model_.size_range : 0;
+    sum *= std::exp(-0.25 * extreme * extreme);
     // A few points alone are no match, however well they lie.
     m.score = all > 0 ? sum / std::max(all, 0.5 * static_cast<double>(n)) : 0;
   }

@@ -87,9 +87,10 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   const Eigen::Matrix2d post = gain * b;
   // The skin bends away from the plane: a place off by s along it lies k s^2 / 2 deeper.
   const double sag = 0.5 * std::sqrt(0.5 * (c.k1 * c.k1 + c.k2 * c.k2)) * post.trace();
+  const Mat3 tangent = Mat3::Identity() - foot.normal * foot.normal.transpose();
+  const double deep = std::max(foot.variance * scene.noise * scene.noise, 1e-8) + sag * sag;
   out.covariance =
-      plane.transpose() * post * plane +
-      (std::max(foot.variance * scene.noise * scene.noise, 1e-8) + sag * sag) * foot.normal * foot.normal.transpose();
+      tangent * (plane.transpose() * post * plane) * tangent + deep * foot.normal * foot.normal.transpose();
   return out;
 }
 
@@ -104,8 +105,7 @@ void note(const std::vector<Match>& matches, std::size_t i, LocatedLandmarks& ou
 void by_constellation(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                       const std::vector<Match>& matches, const LocateOptions& options, LocatedLandmarks& out) {
   if (!matches.empty()) note(matches, 0, out);
-  // Curvature at a coarser scale than the model's tells landmarks apart less well.
-  const double least = std::min(0.95, options.min_score * std::max(1.0, std::sqrt(scene.scale / model.scale)));
+  const double least = options.min_score;
   if (matches.empty() || out.score < least || out.matched < options.min_points) {
     not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
                        " places stand out, of " + std::to_string(out.seen) + " landmarks in view " +

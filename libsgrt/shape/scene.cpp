@@ -18,6 +18,7 @@ constexpr double kAbout = 0.75;              // of the quadric through the curva
 constexpr double kGradient = 1.25;           // sigma of H's gradient times the scale, over sigma of H (eq. 5)
 constexpr double kBendNoise = 3.0;           // of H's second derivative times the scale squared, likewise
 constexpr double kRungs[] = {1, 1.35, 1.8};  // of the scale
+constexpr double kScaleBias = 0.15;          // of the scale: a form narrower than the disc does not show by steps
 constexpr double kAgree = 2;                 // chi^2 of two degrees: the expected value
 
 }  // namespace
@@ -42,9 +43,10 @@ LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double
   o.max_sigma = 1;
   o.noise = noise;
   s.field = surface_curvature(run, surface, o);
-  for (std::size_t k = 1; k < std::size(kRungs); ++k) {
-    o.radius = kRungs[k] * s.scale;
-    s.coarser.push_back(surface_curvature(run, surface, o));
+  s.rungs.reserve(std::size(kRungs));
+  for (const double rung : kRungs) {
+    o.radius = std::max(rung * s.scale, 2.4 * grain.spacing);
+    s.rungs.push_back(rung == kRungs[0] ? s.field : surface_curvature(run, surface, o));
   }
   s.pyramid = make_pyramid(surface, grain.spacing);
   std::size_t count[2] = {0, 0};
@@ -61,7 +63,7 @@ namespace {
 
 Peak polish_at(const Run& run, const LandmarkScene& scene, std::size_t rung, const Vec3& x, const Vec3& normal,
                int sign) {
-  const CurvatureField& field = rung == 0 ? scene.field : scene.coarser[rung - 1];
+  const CurvatureField& field = scene.rungs[rung];
   const double scale = kRungs[rung] * scene.scale;
   Peak peak;
   const double reach = kAbout * scale;
@@ -155,12 +157,13 @@ Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec
     if (agrees) best = k;
   }
   Peak out = rungs[best];
+  double bias2 = std::pow(kScaleBias * kRungs[best] * scene.scale, 2);
   const std::size_t a = last == best && best > 0 ? best - 1 : best, b = last == best ? best : last;
-  if (a == b) return out;
-  const double growth = kRungs[best] * kRungs[best] / (kRungs[b] * kRungs[b] - kRungs[a] * kRungs[a]);
-  const Vec3 bias = growth * (rungs[b].x - rungs[a].x);
-  const Vec3 tangential = bias - normal * normal.dot(bias);
-  out.covariance += 0.5 * tangential.squaredNorm() * (Mat3::Identity() - normal * normal.transpose());
+  if (a < b) {
+    const double growth = kRungs[best] * kRungs[best] / (kRungs[b] * kRungs[b] - kRungs[a] * kRungs[a]);
+    bias2 += 0.5 * (growth * plane * (rungs[b].x - rungs[a].x)).squaredNorm();
+  }
+  out.covariance += bias2 * plane.transpose() * plane;
   return out;
 }
 

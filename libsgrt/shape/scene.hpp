@@ -21,7 +21,7 @@ struct LandmarkScene {
   const Surface* surface;
   double spacing, noise, scale;  // mm
   CurvatureField field;
-  std::vector<CurvatureField> coarser;  // at kRungs of the scale: an extremum takes the widest that agrees with it
+  std::vector<CurvatureField> rungs;  // at other scales: an extremum takes the widest that agrees with the finer ones
   Pyramid pyramid;
   Nearest nearest;  // of all points
   std::vector<Candidate> candidates;
