@@ -18,6 +18,7 @@ constexpr std::size_t kTried = 12;    // matches that are held against the refer
 constexpr std::size_t kSparse = 5;    // first by every fifth of its points
 constexpr double kSkinFits = 0.5;     // share of the skin about the landmarks that must fit
 constexpr double kSame = 6;           // mm
+constexpr double kMoved = 0.25;       // of the scale: how far noise and smoothing move an extremum
 constexpr double kUsed = 0.1;         // value from which an extremum moves its landmark
 constexpr double kOffExtremum = 2.5;  // sigmas of its place: further away an extremum is another one
 
@@ -40,6 +41,35 @@ bool alike(const LandmarkModel& model, const Pose& a, const Pose& b) {
   return worst < kSame;
 }
 
+// How well the matched extrema hold the place of x: covariance of a motion and a size fitted to them, taken to x.
+Mat3 slack_at(const LandmarkScene& scene, const LandmarkModel& model, const Match& match, const Vec3& x) {
+  const auto jacobian = [&](const Vec3& at) {
+    Eigen::Matrix<double, 3, 7> J;
+    J << -skew(at - match.pose.t), Mat3::Identity(), at - match.pose.t;
+    return J;
+  };
+  // What is known without any: sizes, and a pose that a score was given to.
+  Eigen::Matrix<double, 7, 1> loose;
+  loose << 0.2, 0.2, 0.2, 20, 20, 20, std::max(1e-3, 0.5 * model.size_range);
+  Eigen::Matrix<double, 7, 7> information = loose.cwiseAbs2().cwiseInverse().asDiagonal();
+  for (std::size_t i = 0; i < model.points.size(); ++i) {
+    if (match.candidate[i] < 0) continue;
+    const double s = std::hypot(model.points[i].sigma, kMoved * scene.scale);
+    const auto J = jacobian(match.place(model.points[i].position));
+    information += match.value[i] / (s * s) * J.transpose() * J;
+  }
+  const auto J = jacobian(x);
+  return J * information.inverse() * J.transpose();
+}
+
+// Another landmark has the same extremum with more right.
+bool taken(const Match& match, std::size_t i) {
+  for (std::size_t j = 0; j < match.candidate.size(); ++j) {
+    if (j != i && match.candidate[j] == match.candidate[i] && match.value[j] > match.value[i]) return true;
+  }
+  return false;
+}
+
 // The place of a landmark of all patients: where the others let expect it, moved to the extremum of its kind, each by
 // its covariance (eq. 5).
 Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkModel& model, const Match& match,
@@ -58,13 +88,16 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   const JetFitter::Skin skin = fitter.skin(at, there, radius);
   if (!skin.found) return out;
   const double thick = skin.variance * scene.noise * scene.noise;
-  Mat3 prior = p.sigma * p.sigma * (Mat3::Identity() - skin.normal * skin.normal.transpose());
-  prior += (std::max(thick, 1e-8)) * skin.normal * skin.normal.transpose();
+  const Mat3 flat = Mat3::Identity() - skin.normal * skin.normal.transpose();
+  const Mat3 expected = slack_at(scene, model, match, x) + p.sigma * p.sigma * Mat3::Identity();
+  Mat3 prior = flat * expected * flat;
+  const double deep = 0.5 * std::sqrt(0.5 * (p.k1 * p.k1 + p.k2 * p.k2)) * prior.trace();
+  prior += std::max(thick + deep * deep, 1e-8) * skin.normal * skin.normal.transpose();
   out.found = true;
   out.position = skin.foot;
   out.covariance = prior;
   out.score = match.value[i];
-  if (match.candidate[i] < 0 || !(match.value[i] > kUsed)) return out;
+  if (match.candidate[i] < 0 || !(match.value[i] > kUsed) || taken(match, i)) return out;
   const Candidate& c = scene.candidates[static_cast<std::size_t>(match.candidate[i])];
   Peak peak = polish(run, scene, c.x, c.n, c.sign);
   if (!peak.found) return out;
@@ -74,7 +107,7 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   Eigen::Matrix<double, 2, 3> plane;
   plane.row(0) = e1.transpose();
   plane.row(1) = e2.transpose();
-  const Eigen::Matrix2d a = p.sigma * p.sigma * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d a = plane * expected * plane.transpose();
   const Eigen::Matrix2d b = plane * peak.covariance * plane.transpose();
   const Vec2 d = plane * (peak.x - x);
   if (!(d.dot((a + b).inverse() * d) < kOffExtremum * kOffExtremum * 2)) return out;
@@ -88,9 +121,9 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   // The skin bends away from the plane: a place off by s along it lies k s^2 / 2 deeper.
   const double sag = 0.5 * std::sqrt(0.5 * (c.k1 * c.k1 + c.k2 * c.k2)) * post.trace();
   const Mat3 tangent = Mat3::Identity() - foot.normal * foot.normal.transpose();
-  const double deep = std::max(foot.variance * scene.noise * scene.noise, 1e-8) + sag * sag;
+  const double depth = std::max(foot.variance * scene.noise * scene.noise, 1e-8) + sag * sag;
   out.covariance =
-      tangent * (plane.transpose() * post * plane) * tangent + deep * foot.normal * foot.normal.transpose();
+      tangent * (plane.transpose() * post * plane) * tangent + depth * foot.normal * foot.normal.transpose();
   return out;
 }
 
