@@ -18,11 +18,12 @@ constexpr double kShape = 0.4;       // sigma of a shape index
 constexpr double kAlone = 0.5;       // persistence over H, of a candidate that counts in full
 constexpr double kFacing = 0.4;      // cosine with the mean normal, from which a place should be in view
 constexpr double kMissing = 0.6;     // weight of a place that should be in view and is not
-constexpr double kPlaceSlack = 1.5;  // of the tolerated distance over sigma, while the body is still a rigid copy
-constexpr double kPeakSlack = 0.45;  // of the scale: how far noise may move an extremum
+constexpr double kPlaceSlack = 1.2;  // of the tolerated distance over sigma, while the body is still a rigid copy
+constexpr double kPeakSlack = 0.25;  // of the scale: how far noise may move an extremum
 constexpr std::size_t kKeep = 24;    // hypotheses that are refined
 constexpr double kDifferent = 15;    // mm rms between two different answers
 constexpr double kLeastCosine = 0.4;
+constexpr double kPower = 0.75;
 constexpr double kTilt = 0.4;  // sigma of one less the cosine between the skin's normal and the model's
 
 int sign_of(const LandmarkPoint& p) {
@@ -196,7 +197,8 @@ class Search {
     const double extreme = model_.size_range > 0 ? 2 * (m.size - 1) / model_.size_range : 0;
     sum *= std::exp(-0.25 * extreme * extreme);
     // A few points alone are no match, however well they lie.
-    m.score = all > 0 ? sum / std::max(all, 0.5 * static_cast<double>(n)) : 0;
+    // The power takes back what chance costs a right match: a place off by its sigma is no worse than expected.
+    m.score = all > 0 ? std::pow(sum / std::max(all, 0.5 * static_cast<double>(n)), kPower) : 0;
   }
 
   double apart(const Match& a, const Match& b) const {
