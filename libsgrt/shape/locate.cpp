@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAmbiguous = 0.9;    // a runner-up so near the best
+constexpr double kShown = 0.75;       // share of the landmarks in view from which chance is no more a rival
+constexpr double kChance = 0.2;       // what it takes off, with none in view
 constexpr std::size_t kTried = 12;    // matches that are held against the reference's skin
 constexpr std::size_t kSparse = 5;    // first by every fifth of its points
 constexpr double kSkinFits = 0.5;     // share of the skin about the landmarks that must fit
@@ -147,7 +149,9 @@ void by_constellation(const Run& run, const LandmarkScene& scene, const Landmark
     return;
   }
   out.runner_up_score = matches.size() > 1 ? matches[1].score : 0;
-  if (out.runner_up_score > kAmbiguous * out.score) {
+  // With little in view, chance fits well: the rival must be further off.
+  const double shown = std::min(1.0, out.seen / (kShown * static_cast<double>(model.points.size())));
+  if (out.runner_up_score > kAmbiguous * (1 - kChance * (1 - shown)) * out.score) {
     not_found(out, "the landmarks fit in two ways (scores " + rounded(out.score) + " and " +
                        rounded(out.runner_up_score) + ")");
     return;
