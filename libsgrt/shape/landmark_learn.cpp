@@ -50,8 +50,7 @@ void sharpen(const Run& run, const LandmarkScene& fine, Landmark& l, const Vec3&
     const double value = std::abs(c.mean) * std::exp(-2 * d2 / (kNear * kNear));
     if (value > most) most = value, best = &c;
   }
-  Peak peak = polish(run, fine, l.position, normal, sign);
-  if (!peak.found && best) peak = polish(run, fine, best->x, best->n, sign);
+  const Peak peak = best ? polish(run, fine, best->x, best->n, sign) : polish(run, fine, l.position, normal, sign);
   if (peak.found && (peak.x - l.position).norm() < kNear) l.position = peak.x;
 }
 
