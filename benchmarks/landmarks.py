@@ -98,9 +98,9 @@ def reference(body: Phantom, rng: np.random.Generator) -> sgrt.Surface:
     return sgrt.Surface(points + 0.1 * rng.normal(size=(len(points), 1)) * body.normal(points), faces=faces)
 
 
-def in_view(points: np.ndarray, place: np.ndarray) -> bool:
+def in_view(points: np.ndarray, place: np.ndarray, pitch: float) -> bool:
     """Whether a camera above sees the place: no point of the surface lies more than 3 mm over it."""
-    near = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1]) < 3.0
+    near = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1]) < max(3.0, 1.5 * pitch)
     return bool(near.sum() >= 3 and np.median(points[near, 2]) < place[2] + 2.5)
 
 
@@ -181,7 +181,7 @@ def main() -> None:
                 turned = {n: rotation @ x for n, x in truth.items()}
                 axes = {n: rotation @ x for n, x in valley.items()}
                 cloud = points.reshape(-1, 3)
-                seen = {n for n, x in turned.items() if in_view(cloud[np.isfinite(cloud[:, 0])], x)}
+                seen = {n for n, x in turned.items() if in_view(cloud[np.isfinite(cloud[:, 0])], x, pitch)}
                 for label, model, places_in_room in (
                     ("head", sgrt.LandmarkModel.head(), turned),
                     ("own", own, turned),

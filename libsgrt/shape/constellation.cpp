@@ -18,11 +18,13 @@ constexpr double kShape = 0.4;       // sigma of a shape index
 constexpr double kAlone = 0.5;       // persistence over H, of a candidate that counts in full
 constexpr double kFacing = 0.4;      // cosine with the mean normal, from which a place should be in view
 constexpr double kMissing = 0.6;     // weight of a place that should be in view and is not
-constexpr double kPlaceSlack = 1.5;  // of the tolerated distance over sigma, while the body is still a rigid copy
-constexpr double kPeakSlack = 0.45;  // of the scale: how far noise may move an extremum
+constexpr double kPlaceSlack = 1.2;  // of the tolerated distance over sigma, while the body is still a rigid copy
+constexpr double kPeakSlack = 0.25;  // of the scale: how far noise may move an extremum
 constexpr std::size_t kKeep = 24;    // hypotheses that are refined
 constexpr double kDifferent = 15;    // mm rms between two different answers
 constexpr double kLeastCosine = 0.4;
+constexpr double kPower = 0.75;
+constexpr double kTilt = 0.4;  // sigma of one less the cosine between the skin's normal and the model's
 
 int sign_of(const LandmarkPoint& p) {
   return p.k1 + p.k2 > 0 ? 1 : -1;
@@ -68,7 +70,9 @@ class Search {
     for (auto* v : {&candidate_curved_, &candidate_shape_, &stands_out_}) v->reserve(scene.candidates.size());
     for (const LandmarkPoint& p : model.points) {
       sign_.push_back(sign_of(p));
-      curved_.push_back(curvedness(p.k1, p.k2));
+      // A disc wider than the model's sees less of a form of radius 1 / C.
+      const double C = curvedness(p.k1, p.k2);
+      curved_.push_back(C * std::hypot(1, C * model.scale) / std::hypot(1, C * scene.scale));
       shape_.push_back(shape_of(p.k1, p.k2));
     }
     for (const Candidate& c : scene.candidates) {
@@ -175,6 +179,13 @@ class Search {
           continue;
         }
       }
+      // Skin that passes the place by, or looks elsewhere, speaks against the match too.
+      if (seen) {
+        const auto hit = scene_.nearest.nearest(x, 1e3);
+        const double off = normal.dot(scene_.surface->point(hit.index) - x) / tolerance(i);
+        const double tilt = (1 - normal.dot(scene_.field.normals.row(hit.index))) / kTilt;
+        m.value[i] *= std::exp(-0.25 * off * off - 0.25 * tilt * tilt);
+      }
       ++m.seen;
       m.matched += m.value[i] > kMatched;
       // Weakly bent points tell little, whether they match or not.
@@ -182,8 +193,12 @@ class Search {
       sum += weight * m.value[i];
       all += weight;
     }
+    // Bodies of an extreme size are rare: the range is two sigmas.
+    const double extreme = model_.size_range > 0 ? 2 * (m.size - 1) / model_.size_range : 0;
+    sum *= std::exp(-0.25 * extreme * extreme);
     // A few points alone are no match, however well they lie.
-    m.score = all > 0 ? sum / std::max(all, 0.5 * static_cast<double>(n)) : 0;
+    // The power takes back what chance costs a right match: a place off by its sigma is no worse than expected.
+    m.score = all > 0 ? std::pow(sum / std::max(all, 0.5 * static_cast<double>(n)), kPower) : 0;
   }
 
   double apart(const Match& a, const Match& b) const {

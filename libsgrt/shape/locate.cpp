@@ -14,11 +14,13 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAmbiguous = 0.9;    // a runner-up so near the best
-constexpr double kScaleBias = 0.25;   // of the scale: an extremum of smoothed curvature is not that of the skin's own
+constexpr double kShown = 0.75;       // share of the landmarks in view from which chance is no more a rival
+constexpr double kChance = 0.2;       // what it takes off, with none in view
 constexpr std::size_t kTried = 12;    // matches that are held against the reference's skin
 constexpr std::size_t kSparse = 5;    // first by every fifth of its points
 constexpr double kSkinFits = 0.5;     // share of the skin about the landmarks that must fit
 constexpr double kSame = 6;           // mm
+constexpr double kMoved = 0.25;       // of the scale: how far noise and smoothing move an extremum
 constexpr double kUsed = 0.1;         // value from which an extremum moves its landmark
 constexpr double kOffExtremum = 2.5;  // sigmas of its place: further away an extremum is another one
 
@@ -41,6 +43,35 @@ bool alike(const LandmarkModel& model, const Pose& a, const Pose& b) {
   return worst < kSame;
 }
 
+// How well the matched extrema hold the place of x: covariance of a motion and a size fitted to them, taken to x.
+Mat3 slack_at(const LandmarkScene& scene, const LandmarkModel& model, const Match& match, const Vec3& x) {
+  const auto jacobian = [&](const Vec3& at) {
+    Eigen::Matrix<double, 3, 7> J;
+    J << -skew(at - match.pose.t), Mat3::Identity(), at - match.pose.t;
+    return J;
+  };
+  // What is known without any: sizes, and a pose that a score was given to.
+  Eigen::Matrix<double, 7, 1> loose;
+  loose << 0.2, 0.2, 0.2, 20, 20, 20, std::max(1e-3, 0.5 * model.size_range);
+  Eigen::Matrix<double, 7, 7> information = loose.cwiseAbs2().cwiseInverse().asDiagonal();
+  for (std::size_t i = 0; i < model.points.size(); ++i) {
+    if (match.candidate[i] < 0) continue;
+    const double s = std::hypot(model.points[i].sigma, kMoved * scene.scale);
+    const auto J = jacobian(match.place(model.points[i].position));
+    information += match.value[i] / (s * s) * J.transpose() * J;
+  }
+  const auto J = jacobian(x);
+  return J * information.inverse() * J.transpose();
+}
+
+// Another landmark has the same extremum with more right.
+bool taken(const Match& match, std::size_t i) {
+  for (std::size_t j = 0; j < match.candidate.size(); ++j) {
+    if (j != i && match.candidate[j] == match.candidate[i] && match.value[j] > match.value[i]) return true;
+  }
+  return false;
+}
+
 // The place of a landmark of all patients: where the others let expect it, moved to the extremum of its kind, each by
 // its covariance (eq. 5).
 Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkModel& model, const Match& match,
@@ -59,24 +90,26 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   const JetFitter::Skin skin = fitter.skin(at, there, radius);
   if (!skin.found) return out;
   const double thick = skin.variance * scene.noise * scene.noise;
-  Mat3 prior = p.sigma * p.sigma * (Mat3::Identity() - skin.normal * skin.normal.transpose());
-  prior += (std::max(thick, 1e-8)) * skin.normal * skin.normal.transpose();
+  const Mat3 flat = Mat3::Identity() - skin.normal * skin.normal.transpose();
+  const Mat3 expected = slack_at(scene, model, match, x) + p.sigma * p.sigma * Mat3::Identity();
+  Mat3 prior = flat * expected * flat;
+  const double deep = 0.5 * std::sqrt(0.5 * (p.k1 * p.k1 + p.k2 * p.k2)) * prior.trace();
+  prior += std::max(thick + deep * deep, 1e-8) * skin.normal * skin.normal.transpose();
   out.found = true;
   out.position = skin.foot;
   out.covariance = prior;
   out.score = match.value[i];
-  if (match.candidate[i] < 0 || !(match.value[i] > kUsed)) return out;
+  if (match.candidate[i] < 0 || !(match.value[i] > kUsed) || taken(match, i)) return out;
   const Candidate& c = scene.candidates[static_cast<std::size_t>(match.candidate[i])];
   Peak peak = polish(run, scene, c.x, c.n, c.sign);
   if (!peak.found) return out;
-  const double bias = kScaleBias * scene.scale;
-  peak.covariance += bias * bias * (Mat3::Identity() - c.n * c.n.transpose()) + 1e-8 * Mat3::Identity();
+  peak.covariance += 1e-8 * Mat3::Identity();
   // In the tangent plane of the extremum; the height is the skin's.
   const Vec3 e1 = c.n.unitOrthogonal(), e2 = c.n.cross(e1);
   Eigen::Matrix<double, 2, 3> plane;
   plane.row(0) = e1.transpose();
   plane.row(1) = e2.transpose();
-  const Eigen::Matrix2d a = p.sigma * p.sigma * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d a = plane * expected * plane.transpose();
   const Eigen::Matrix2d b = plane * peak.covariance * plane.transpose();
   const Vec2 d = plane * (peak.x - x);
   if (!(d.dot((a + b).inverse() * d) < kOffExtremum * kOffExtremum * 2)) return out;
@@ -87,8 +120,12 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   if (!foot.found) return out;
   out.position = foot.foot;
   const Eigen::Matrix2d post = gain * b;
-  out.covariance = plane.transpose() * post * plane +
-                   std::max(foot.variance * scene.noise * scene.noise, 1e-8) * foot.normal * foot.normal.transpose();
+  // The skin bends away from the plane: a place off by s along it lies k s^2 / 2 deeper.
+  const double sag = 0.5 * std::sqrt(0.5 * (c.k1 * c.k1 + c.k2 * c.k2)) * post.trace();
+  const Mat3 tangent = Mat3::Identity() - foot.normal * foot.normal.transpose();
+  const double depth = std::max(foot.variance * scene.noise * scene.noise, 1e-8) + sag * sag;
+  out.covariance =
+      tangent * (plane.transpose() * post * plane) * tangent + depth * foot.normal * foot.normal.transpose();
   return out;
 }
 
@@ -103,8 +140,7 @@ void note(const std::vector<Match>& matches, std::size_t i, LocatedLandmarks& ou
 void by_constellation(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                       const std::vector<Match>& matches, const LocateOptions& options, LocatedLandmarks& out) {
   if (!matches.empty()) note(matches, 0, out);
-  // Curvature at a coarser scale than the model's tells landmarks apart less well.
-  const double least = std::min(0.95, options.min_score * std::max(1.0, std::sqrt(scene.scale / model.scale)));
+  const double least = options.min_score;
   if (matches.empty() || out.score < least || out.matched < options.min_points) {
     not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
                        " places stand out, of " + std::to_string(out.seen) + " landmarks in view " +
@@ -113,7 +149,9 @@ void by_constellation(const Run& run, const LandmarkScene& scene, const Landmark
     return;
   }
   out.runner_up_score = matches.size() > 1 ? matches[1].score : 0;
-  if (out.runner_up_score > kAmbiguous * out.score) {
+  // With little in view, chance fits well: the rival must be further off.
+  const double shown = std::min(1.0, out.seen / (kShown * static_cast<double>(model.points.size())));
+  if (out.runner_up_score > kAmbiguous * (1 - kChance * (1 - shown)) * out.score) {
     not_found(out, "the landmarks fit in two ways (scores " + rounded(out.score) + " and " +
                        rounded(out.runner_up_score) + ")");
     return;

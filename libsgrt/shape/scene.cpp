@@ -3,18 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/error.hpp"
 
 namespace sgrt {
 namespace {
 
-constexpr double kWanted = 0.012;            // 1/mm, sigma of H
+constexpr double kWanted = 0.006;            // 1/mm, sigma of H
 constexpr double kWidest = 12;               // mm
 constexpr double kStandsOut = 2.5;           // sigmas of persistence
 constexpr std::size_t kMostCandidates = 40;  // of each sign
 constexpr double kAbout = 0.75;              // of the quadric through the curvature, over the scale
 constexpr double kGradient = 1.25;           // sigma of H's gradient times the scale, over sigma of H (eq. 5)
+constexpr double kBendNoise = 3.0;           // of H's second derivative times the scale squared, likewise
+constexpr double kRungs[] = {1, 1.35, 1.8};  // of the scale
+constexpr double kScaleBias = 0.15;          // of the scale: a form narrower than the disc does not show by steps
+constexpr double kAgree = 2;                 // chi^2 of two degrees: the expected value
 
 }  // namespace
 
@@ -29,7 +34,7 @@ LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double
   }
   const Grain grain = grain_of(run, *used);
   if (!(grain.spacing > 0)) fail(Status::kInsufficientData, "the surface has too few points for landmarks");
-  LandmarkScene s{&surface, grain.spacing, grain.noise, scale, {}, {}, Nearest(surface.points), {}};
+  LandmarkScene s{&surface, grain.spacing, grain.noise, scale, {}, {}, {}, Nearest(surface.points), {}};
   const double sigma = grain.noise > 0 ? grain.noise * std::sqrt(surface.correlation_points) : 0;
   s.scale =
       std::max({scale, 2.6 * grain.spacing, std::min(kWidest, std::cbrt(3.91 * sigma * grain.spacing / kWanted))});
@@ -38,6 +43,11 @@ LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double
   o.max_sigma = 1;
   o.noise = noise;
   s.field = surface_curvature(run, surface, o);
+  s.rungs.reserve(std::size(kRungs));
+  for (const double rung : kRungs) {
+    o.radius = std::max(rung * s.scale, 2.4 * grain.spacing);
+    s.rungs.push_back(rung == kRungs[0] ? s.field : surface_curvature(run, surface, o));
+  }
   s.pyramid = make_pyramid(surface, grain.spacing);
   std::size_t count[2] = {0, 0};
   for (const Extremum& e : extrema(run, surface, s.field, kStandsOut)) {
@@ -49,9 +59,14 @@ LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double
   return s;
 }
 
-Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, int sign) {
+namespace {
+
+Peak polish_at(const Run& run, const LandmarkScene& scene, std::size_t rung, const Vec3& x, const Vec3& normal,
+               int sign) {
+  const CurvatureField& field = scene.rungs[rung];
+  const double scale = kRungs[rung] * scene.scale;
   Peak peak;
-  const double reach = kAbout * scene.scale;
+  const double reach = kAbout * scale;
   const Vec3 e1 = normal.unitOrthogonal(), e2 = normal.cross(e1);
   Vec3 at = x;
   Eigen::Matrix2d Q;
@@ -65,16 +80,15 @@ Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec
     sigma = 0;
     for (int k = 0; k < n; ++k) {
       const std::int64_t i = hits[static_cast<std::size_t>(k)].index;
-      if (scene.field.reason[static_cast<std::size_t>(i)] != 0 || scene.field.normals.row(i).dot(normal) < 0.2)
-        continue;
+      if (field.reason[static_cast<std::size_t>(i)] != 0 || field.normals.row(i).dot(normal) < 0.2) continue;
       const Vec3 d = (scene.surface->point(i) - at) / reach;
       const double u = d.dot(e1), v = d.dot(e2);
       Vec6 row;
       row << 1, u, v, 0.5 * u * u, u * v, 0.5 * v * v;
       const double w = std::max(0.0, 1 - u * u - v * v);
       M.noalias() += w * row * row.transpose();
-      g += w * sign * scene.field.mean[i] * row;
-      sigma += scene.field.sigma_mean[i];
+      g += w * sign * field.mean[i] * row;
+      sigma += field.sigma_mean[i];
       ++count;
     }
     if (count < 8) return peak;
@@ -101,19 +115,56 @@ Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec
     peak.covariance = skin.variance * scene.noise * scene.noise * normal * normal.transpose();
     if (step.norm() < 1e-3) break;
   }
-  // Position from curvature: covariance Q^-1 s^2 Q^-1 of a gradient with sigma s, none better than the scale allows.
+  // Position from curvature: covariance Q^-1 s^2 Q^-1 of a gradient with sigma s, none better than the scale allows. A
+  // peak that noise helped to choose is bent too much, by about its sigma.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(Q / (reach * reach));
+  const double least = kBendNoise * sigma / (scale * scale);
   for (int k = 0; k < 2; ++k) {
     const Vec2 axis = eigen.eigenvectors().col(k);
     const Vec3 direction = axis[0] * e1 + axis[1] * e2;
-    const double bend = std::max(-eigen.eigenvalues()[k], 1e-6);
-    const double s = std::min(kGradient * sigma / scene.scale / bend, 2 * scene.scale);
+    const double bend = std::max({-eigen.eigenvalues()[k] - least, 0.5 * least, 1e-6});
+    const double s = std::min(kGradient * sigma / scale / bend, 2 * scale);
     peak.covariance += s * s * direction * direction.transpose();
   }
   if (!(scene.noise > 0)) peak.covariance += 1e-12 * Mat3::Identity();
   peak.x = at;
   peak.found = true;
   return peak;
+}
+
+}  // namespace
+
+// Lepski: the widest rung that lies within the noise of all finer ones. Bias grows as the square of the scale, so the
+// step to the rung beside tells it.
+Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, int sign) {
+  Peak rungs[std::size(kRungs)];
+  rungs[0] = polish_at(run, scene, 0, x, normal, sign);
+  if (!rungs[0].found) return rungs[0];
+  const Vec3 e1 = normal.unitOrthogonal(), e2 = normal.cross(e1);
+  Eigen::Matrix<double, 2, 3> plane;
+  plane.row(0) = e1.transpose(), plane.row(1) = e2.transpose();
+  std::size_t best = 0, last = 0;
+  for (std::size_t k = 1; k < std::size(kRungs) && last == best; ++k) {
+    rungs[k] = polish_at(run, scene, k, rungs[best].x, normal, sign);
+    if (!rungs[k].found) break;
+    last = k;
+    bool agrees = true;
+    for (std::size_t j = 0; j < k; ++j) {
+      const Vec2 d = plane * (rungs[k].x - rungs[j].x);
+      const Eigen::Matrix2d c = plane * rungs[j].covariance * plane.transpose();
+      agrees = agrees && d.dot(c.ldlt().solve(d)) < kAgree;
+    }
+    if (agrees) best = k;
+  }
+  Peak out = rungs[best];
+  double bias2 = std::pow(kScaleBias * kRungs[best] * scene.scale, 2);
+  const std::size_t a = last == best && best > 0 ? best - 1 : best, b = last == best ? best : last;
+  if (a < b) {
+    const double growth = kRungs[best] * kRungs[best] / (kRungs[b] * kRungs[b] - kRungs[a] * kRungs[a]);
+    bias2 += 0.5 * (growth * plane * (rungs[b].x - rungs[a].x)).squaredNorm();
+  }
+  out.covariance += bias2 * plane.transpose() * plane;
+  return out;
 }
 
 }  // namespace sgrt

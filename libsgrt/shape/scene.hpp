@@ -21,6 +21,7 @@ struct LandmarkScene {
   const Surface* surface;
   double spacing, noise, scale;  // mm
   CurvatureField field;
+  std::vector<CurvatureField> rungs;  // at other scales: an extremum takes the widest that agrees with the finer ones
   Pyramid pyramid;
   Nearest nearest;  // of all points
   std::vector<Candidate> candidates;
@@ -30,8 +31,8 @@ struct LandmarkScene {
 // surface's own or what is measured.
 LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double scale, double noise);
 
-// The extremum of sign * H near x, by a quadric through the curvature about it; covariance of the noise. found: false
-// where there is no extremum within reach.
+// The extremum of sign * H near x, by a quadric through the curvature about it, at the scale of the least predicted
+// error; covariance of noise and of the bias of that scale. found: false where there is no extremum within reach.
 struct Peak {
   bool found = false;
   Vec3 x;
