@@ -14,7 +14,7 @@ namespace {
 constexpr int kReach = 2;  // of the coarser direction
 // Noise is along the ray, sigma along the normal: a normal that is wrong by much would make a point look exact. So
 // there is none where the neighbours are no plane (their thickness over their width, squared) or stand on edge.
-constexpr double kMaxThickness = 0.02, kMinCos = 0.26;
+constexpr double kMaxThickness = 0.05, kMinCos = 0.26;
 
 // The median distance of neighbours `step` apart in memory, over a sample.
 double spacing(const Surface& s, std::int64_t step, std::int64_t width) {

@@ -142,6 +142,17 @@ def test_plane_is_the_twins():
         np.testing.assert_allclose(sgrt.laser_plane(RIG, "scanner", reading), [*n, d], atol=1e-9)
 
 
+def test_stripes_far_apart_keep_an_honest_sigma(torso):
+    """A plane through them leans, and a normal across the ray would make the noise, which is along it, look like nothing."""
+    readings = [reading_for(SCANNER, x, 100) for x in np.linspace(-168, 168, 8)]
+    frames = np.stack([SCANNER.capture(torso, a, seed=3).image for a in readings])
+    surface = sgrt.laser_sweep(RIG, "scanner", frames, readings).surface
+    present = np.isfinite(surface.points[..., 0])
+    z = torso.distance(surface.points[present]) / surface.sigma_mm[present]
+    assert np.sqrt(np.mean(z**2)) < 1.3
+    assert np.abs(z).max() < 6
+
+
 def test_sweep_of_the_torso(torso, sweep):
     readings, frames = sweep
     laser = sgrt.laser_sweep(RIG, "scanner", np.stack([f.image for f in frames]), readings)
