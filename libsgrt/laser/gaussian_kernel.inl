@@ -7,7 +7,8 @@ struct Bell {
   Four value, ratio;
   double step;
   Bell(double x, double c, double t) {
-    const double v = __builtin_exp(-(x - c) * (x - c) / (2 * t * t)), r = __builtin_exp(-(2 * (x - c) + 1) / (2 * t * t));
+    const double v = __builtin_exp(-(x - c) * (x - c) / (2 * t * t)),
+                 r = __builtin_exp(-(2 * (x - c) + 1) / (2 * t * t));
     const double s = __builtin_exp(-1 / (t * t)), s2 = s * s, s3 = s2 * s, s6 = s3 * s3, r2 = r * r, r4 = r2 * r2;
     value = Four{v, v * r, v * r2 * s, v * r2 * r * s3};
     const double first = r4 * s6, s4 = s2 * s2, s8 = s4 * s4;

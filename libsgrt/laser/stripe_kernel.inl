@@ -1,5 +1,5 @@
-// Peak, centroid and widths of one line, see kernels.hpp; docs/theory/laser.md eq. 1-3 and 9. One pass over the line for
-// the maxima of its blocks; the rest looks at a few of them only.
+// Peak, centroid and widths of one line, see kernels.hpp; docs/theory/laser.md eq. 1-3 and 9. One pass over the line
+// for the maxima of its blocks; the rest looks at a few of them only.
 typedef unsigned char Bytes __attribute__((vector_size(32)));
 typedef float Floats __attribute__((vector_size(32)));
 typedef unsigned long long Words __attribute__((vector_size(32)));
@@ -221,7 +221,8 @@ static inline __attribute__((always_inline)) float centroid(const T* p, int at, 
   return static_cast<float>(at) + centre;
 }
 
-// How many pixels from `at` in steps of 1 or -1 the first lies that is not above `level`; most + 1 where none of `most`.
+// How many pixels from `at` in steps of 1 or -1 the first lies that is not above `level`; most + 1 where none of
+// `most`.
 template <class T>
 static inline __attribute__((always_inline)) int fall(const T* p, int at, int step, int most, float level, bool) {
   int i = 1;

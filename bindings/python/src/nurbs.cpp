@@ -7,7 +7,6 @@
 namespace sgrt_py {
 namespace {
 
-
 using Shape = std::vector<py::ssize_t>;
 using Domain = std::pair<double, double>;
 using Closest = std::tuple<Doubles, Doubles, Doubles>;

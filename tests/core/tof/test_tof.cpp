@@ -102,7 +102,7 @@ TEST(Tof, BothInstructionSetsGiveTheSameBits) {
 TEST(Tof, FlagsNameWhatIsWrong) {
   const Rig rig = tof_rig(16, 9);
   Frames frames = frames_of(rig, 1, [](int, int tap, int y, int x) {
-    if (y == 2 && x == 3) return Light{1000, 20000, 0};     // no light of its own
+    if (y == 2 && x == 3) return Light{1000, 20000, 0};      // no light of its own
     if (y == 4 && x == 5) return Light{1000.0 + 150 * tap};  // moved between the taps
     if (y == 4 && x == 9) return Light{1000, 20000, 8000};
     return Light{1000};
