@@ -143,7 +143,7 @@ def test_plane_is_the_twins():
 
 
 def test_stripes_far_apart_keep_an_honest_sigma(torso):
-    """A plane through them leans; a normal across the ray would make the noise, which is along it, look like nothing."""
+    """A plane through them leans; a normal across the ray would make noise along it look like nothing."""
     readings = [reading_for(SCANNER, x, 100) for x in np.linspace(-168, 168, 8)]
     frames = np.stack([SCANNER.capture(torso, a, seed=3).image for a in readings])
     surface = sgrt.laser_sweep(RIG, "scanner", frames, readings).surface
