@@ -98,12 +98,6 @@ struct Normal {
   double cost = 0;
 };
 
-void add(Normal& q, const Eigen::VectorXd& J, double r) {
-  q.H += J * J.transpose();
-  q.g -= J * r;
-  q.cost += r * r;
-}
-
 // A row of the stripes touches the unit and one pose only.
 void add_stripes(const Problem& p, const State& s, const Basis& basis, Normal& q) {
   const std::vector<LightPlane> planes = planes_of(p, s.unit);
