@@ -22,10 +22,9 @@ static sgrt_surface* lump(void) {
 }
 
 static sgrt_roi* square(double half) {
-  double v[8];
+  const double v[8] = {-half, -half, half, -half, half, half, -half, half};
   const sgrt_view vertices = sgrt_view_of(v, SGRT_F64, 4, 2, 0);
   sgrt_roi* roi = NULL;
-  v[0] = -half, v[1] = -half, v[2] = half, v[3] = -half, v[4] = half, v[5] = half, v[6] = -half, v[7] = half;
   CHECK_OK(sgrt_roi_from_polygon(&vertices, &roi));
   return roi;
 }
