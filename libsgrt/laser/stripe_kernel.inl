@@ -196,7 +196,8 @@ static inline __attribute__((always_inline)) float centroid(const T* p, int at, 
     if (!(centre > -limit && centre < limit)) return __builtin_nanf("");
     const float from = centre - static_cast<float>(k);
     if (pass == 0 || from < -1 || from > 1) {
-      k = static_cast<int>(centre + static_cast<float>(half) + 0.5F) - half;
+      const float rounded = centre + static_cast<float>(half) + 0.5F;
+      k = static_cast<int>(rounded) - half;
       Sum s0 = 0, s1 = 0;
       for (int j = -half; j <= half; ++j) {
         const Sum v = p[at + k + j];
