@@ -23,8 +23,9 @@ Place = tuple[float, float, float]
 def _in_space(
     source: Path, out: Path, viewpoint_mm: Place, options: dict[str, Any], threads: int
 ) -> tuple[dict[str, Any], str]:
+    surface = read_surface(source)
     with working(threads) as context, about(source):
-        surface, normals = outward(read_surface(source), source, viewpoint_mm, context)
+        surface, normals = outward(surface, source, viewpoint_mm, context)
         found = surface_filter(surface, **options, context=context)
     write_surface(out, found.surface)
     told = {
@@ -64,8 +65,9 @@ def _over_time(
             if capture.surface is None:
                 written.append(capture)
                 continue
+            surface = read_surface(capture.surface)
             with about(capture.surface):
-                surface, _ = outward(read_surface(capture.surface), capture.surface, viewpoint_mm, context)
+                surface, _ = outward(surface, capture.surface, viewpoint_mm, context)
                 frame = session.push(surface, time_s=capture.time_s, context=context)
             target = out / capture.surface.name
             write_surface(target, frame.surface)
