@@ -60,7 +60,6 @@ def _over_time(
     totals: dict[str, int] = {}
     written = []
     with working(threads) as context:
-        out.mkdir(exist_ok=True)
         for capture in captures:
             if capture.surface is None:
                 written.append(capture)
@@ -69,6 +68,7 @@ def _over_time(
             with about(capture.surface):
                 surface, _ = outward(surface, capture.surface, viewpoint_mm, context)
                 frame = session.push(surface, time_s=capture.time_s, context=context)
+            out.mkdir(exist_ok=True)  # not before there is something to put in
             target = out / capture.surface.name
             write_surface(target, frame.surface)
             written.append(replace(capture, surface=target))
