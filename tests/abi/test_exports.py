@@ -14,11 +14,13 @@ def test_the_header_declares_functions():
     assert {"sgrt_version", "sgrt_icp_align", "sgrt_rig_text", "sgrt_surface_free"} <= names
 
 
+# REQ-ABI-005
 def test_exports_are_the_headers_functions():
     exported, declared = symbols(library(), "--defined-only"), declared_functions()
     assert exported == declared, f"only exported: {exported - declared}; only declared: {declared - exported}"
 
 
+# REQ-PY-001
 def test_python_reaches_every_function():
     found = sorted(BUILD.rglob("_core*.so"))
     if not found:

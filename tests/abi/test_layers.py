@@ -50,6 +50,7 @@ def including(pattern, allowed=lambda name: False):
     ]
 
 
+# REQ-ABI-015
 def test_the_graph_has_no_cycle():
     graph = layers()
 
@@ -62,6 +63,7 @@ def test_the_graph_has_no_cycle():
         below(module)
 
 
+# REQ-ABI-015
 def test_every_include_goes_down():
     graph, wrong = layers(), []
     for name, text in TEXTS.items():
@@ -111,6 +113,7 @@ def test_headers_show_no_third_party_but_eigen():
     assert not wrong, "\n".join(wrong)
 
 
+# REQ-ABI-011
 def test_no_streams_clock_environment_or_chance():
     headers = (
         r"(iostream|fstream|cstdio|stdio\.h|ctime|time\.h|random|filesystem|csignal|signal\.h|clocale|locale|omp\.h)$"
@@ -158,6 +161,7 @@ def one_guard(body):
     return False
 
 
+# REQ-ABI-004
 def test_every_function_of_the_skin_is_one_guard():
     wrong = [name for name, body in skin_functions().items() if name not in UNGUARDED and not one_guard(body)]
     assert not wrong, f"not wrapped by guard: {wrong}"
@@ -170,6 +174,7 @@ def test_the_test_sees_a_missing_guard():
     assert not one_guard("\n  delete p;\n")
 
 
+# REQ-ABI-004
 def test_handles_are_deleted_under_the_guard():
     frees = {name for name in declared_functions() if name.endswith("_free")}
     bodies = skin_functions()

@@ -6,6 +6,7 @@ from pathlib import Path
 from layouts import constants, structs, table
 
 
+# REQ-ABI-009
 def test_layouts_are_the_committed_ones():
     committed = Path(__file__).with_name("layouts.txt").read_text().splitlines()[1:]
     now = table().splitlines()

@@ -11,6 +11,7 @@ NEEDS = re.compile(r"(libstdc\+\+|libgcc_s|libc|libm|libpthread|libdl|librt|libl
 FORBIDDEN = ("libceres", "libcholmod", "libspqr", "libglog", "libopencv", "libgomp", "libhdf5", "libtbb", "libblas")
 
 
+# REQ-ABI-012
 def test_needs_only_the_run_time():
     needed = re.findall(r"\(NEEDED\).*\[(.*?)\]", run("readelf", "-dW", library()))
     assert needed
@@ -66,12 +67,14 @@ ALLOWED = re.compile(
 )
 
 
+# REQ-ABI-010
 @pytest.mark.skipif(shutil.which("readelf") is None, reason="readelf is not installed")
 def test_no_writable_globals():
     found = {path.name: names for path in objects() if (names := globals_of(path))}
     assert not found, "\n".join(f"{path}: {name}" for path, names in found.items() for name in names)
 
 
+# REQ-ABI-010
 def test_nothing_runs_before_main():
     """But the standard streams' count of their users, in the one file that includes FLANN."""
     found = []

@@ -26,6 +26,7 @@ static sgrt_surface* dome(void) {
   return surface;
 }
 
+/* REQ-CTX-008 */
 static void test_options(void) {
   sgrt_context_options o;
   sgrt_context* context = CANARY(sgrt_context);
@@ -69,6 +70,7 @@ static int32_t look(void* user, double fraction, const char* stage) {
   return 0;
 }
 
+/* REQ-CTX-001 */
 static void test_progress_comes_on_the_calling_thread(const sgrt_surface* surface) {
   watch w = {pthread_self(), 0, 0, 0, -1};
   sgrt_context* context = context_of(4, look, &w);
@@ -79,6 +81,7 @@ static void test_progress_comes_on_the_calling_thread(const sgrt_surface* surfac
   sgrt_context_free(context);
 }
 
+/* REQ-CTX-002 */
 static void test_cancel(const sgrt_surface* surface) {
   int32_t threads;
   for (threads = 1; threads <= 4; ++threads) {
@@ -111,6 +114,7 @@ static int32_t call_inside(void* user, double fraction, const char* stage) {
   return 0;
 }
 
+/* REQ-CTX-003 */
 static void test_a_callback_may_call(const sgrt_surface* surface) {
   nested n = {NULL, NULL, -1, -1, 0};
   sgrt_surface* result = NULL;
@@ -143,6 +147,7 @@ static void* use_shared(void* user) {
   return NULL;
 }
 
+/* REQ-CTX-007 */
 static void test_threads(const sgrt_surface* surface) {
   sgrt_surface* alone = NULL;
   sgrt_view normals;
@@ -164,6 +169,7 @@ static void test_threads(const sgrt_surface* surface) {
 }
 
 #if !defined(__SANITIZE_THREAD__) /* which does not follow a child that starts threads */
+/* REQ-CTX-005 */
 static void test_the_context_works_after_a_fork(const sgrt_surface* surface) {
   sgrt_context* context = context_of(3, NULL, NULL);
   sgrt_surface* result = NULL;

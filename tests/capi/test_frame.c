@@ -32,6 +32,7 @@ static void move(const double pose[16], const double x[3], double y[3]) {
 }
 
 /* D(x) = R (x - iso) + iso + t with R = Rz(rtn) Rx(pitch) Ry(roll); the pose brings D(x) back to x. */
+/* REQ-FRAME-001 */
 static void test_displacement(void) {
   const sgrt_patient_displacement given = {3, -4, 12, 2, -3, 5, 0};
   const double iso[3] = {20, -30, 40};
@@ -80,6 +81,7 @@ static void test_the_isocentre_matters(void) {
   CHECK_OK(sgrt_frame_shift_from_pose(pose, here, NULL, NULL));
 }
 
+/* REQ-FRAME-003 */
 static void test_gimbal(void) {
   const sgrt_patient_displacement given = {0, 0, 0, 90, 10, 20, 0};
   const double iso[3] = {0, 0, 0};
@@ -124,6 +126,7 @@ static void test_dicom(void) {
   }
 }
 
+/* REQ-FRAME-005 */
 static void test_couch(void) {
   const double x[3] = {100, 0, 5};
   double pose[16], y[3];
@@ -158,6 +161,7 @@ static void test_gantry_and_couch(void) {
 }
 
 /* A couch without pitch and roll brings the isocentre back and takes the turn about the vertical away. */
+/* REQ-FRAME-006 */
 static void test_four_dof(void) {
   const sgrt_patient_displacement given = {3, -4, 12, 2, -3, 90, 0};
   const double iso[3] = {20, -30, 40};

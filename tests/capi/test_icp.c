@@ -107,6 +107,7 @@ static void test_accuracy(const sgrt_surface* reference) {
 }
 
 /* The same bytes at any number of threads, also of a cloud. */
+/* REQ-DET-002 */
 static void test_threads(const sgrt_surface* reference) {
   sgrt_surface* live = live_of(hill, &kTrue, 0);
   sgrt_icp_info one, many;
@@ -154,6 +155,7 @@ static double gutter(double x, double y) {
 }
 
 /* A plane slides two ways and turns about its normal; a gutter slides along itself. */
+/* REQ-ICP-003 */
 static void test_degenerate(void) {
   const sgrt_patient_displacement still = {0, 0, 0, 0, 0, 0, 0};
   double (*const shapes[2])(double, double) = {flat, gutter};
@@ -179,6 +181,7 @@ static void test_degenerate(void) {
   }
 }
 
+/* REQ-ICP-005 */
 static void test_no_answer(const sgrt_surface* reference) {
   const sgrt_patient_displacement far_away = {600, 0, 0, 0, 0, 0, 0};
   const double five[15] = {0, 0, 60, 5, 0, 60, 0, 5, 60, 5, 5, 60, 9, 9, 60}, low[3] = {900, 900, 900},
@@ -274,6 +277,7 @@ static void test_bad_options(const sgrt_surface* reference, const sgrt_surface* 
   CHECK(result == CANARY(sgrt_icp));
 }
 
+/* REQ-ABI-006 */
 static void test_bad_arguments(const sgrt_surface* reference) {
   const double bad_iso[3] = {0, NAN, 0};
   double initial[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2};

@@ -31,6 +31,7 @@ static sgrt_surface* skin(double height) {
   return surface;
 }
 
+/* REQ-LMK-001 */
 static void test_learns_and_finds(void) {
   static const double kPose[16] = {0, -1, 0, 10, 1, 0, 0, -20, 0, 0, 1, 30, 0, 0, 0, 1};
   sgrt_surface *reference = skin(1), *live = NULL, *flat = skin(0);

@@ -152,6 +152,7 @@ static void test_sweep(const sgrt_rig* rig) {
   sgrt_laser_session_free(session);
 }
 
+/* REQ-LASER-004 */
 static void test_track(const sgrt_rig* rig) {
   /* The body rises by 8 mm over the sweep; the track knows. */
   static uint8_t moving[kFrames][kHeight][kWidth];

@@ -31,6 +31,7 @@ static void test_version(void) {
   CHECK(strcmp(sgrt_version(), expected) == 0);
 }
 
+/* REQ-ABI-001 */
 static void test_status_words(void) {
   size_t i;
   for (i = 0; i < sizeof kWords / sizeof kWords[0]; ++i)
@@ -43,6 +44,7 @@ static void* fail_elsewhere(void* own_message_was_empty) {
   return NULL;
 }
 
+/* REQ-ABI-002 */
 static void test_the_message_is_the_threads_own(void) {
   pthread_t thread;
   int empty = 0;
@@ -58,6 +60,7 @@ static void test_the_message_is_the_threads_own(void) {
 }
 
 /* A caller's text in a message: one line, bounded, no half character at the end. */
+/* REQ-ABI-003 */
 static void test_a_hostile_text_in_a_message(void) {
   static char text[4096];
   sgrt_rig* rig = CANARY(sgrt_rig);
@@ -72,6 +75,7 @@ static void test_a_hostile_text_in_a_message(void) {
 }
 
 /* A camera's id may be any line of text; in a message its last character stays whole. */
+/* REQ-ABI-002 */
 static void test_an_id_in_a_message(void) {
   static const char format[] =
       "{\"schema\": \"sgrt-rig/1\", \"id\": \"x\", \"room\": \"IEC 61217 fixed, mm\", \"cameras\": ["

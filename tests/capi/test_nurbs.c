@@ -173,6 +173,7 @@ static void test_made(void) {
   sgrt_surface_free(field);
 }
 
+/* REQ-ABI-006 */
 static void test_nulls(void) {
   sgrt_nurbs_surface* sphere = sphere_of(1);
   const double x[3] = {0, 0, 0};

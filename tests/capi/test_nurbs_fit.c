@@ -56,6 +56,7 @@ static void places(double* uv) {
   }
 }
 
+/* REQ-FIT-001 */
 static void test_plane(void) {
   static double uv[2 * kSamples], x[3 * kSamples];
   sgrt_surface* surface = surface_of(plane_points, kPoints);
@@ -236,6 +237,7 @@ static void test_bad_arguments(void) {
 }
 
 /* There and back: the same numbers again. */
+/* REQ-FIT-005 */
 static void test_state(void) {
   sgrt_surface* surface = surface_of(wave_points, 500);
   sgrt_nurbs_fit *fit = NULL, *twin = NULL;

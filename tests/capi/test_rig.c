@@ -103,6 +103,7 @@ static void test_project(const sgrt_rig* rig) {
   CHECK_OK(sgrt_rig_project(NULL, rig, "left", &x, &p, NULL));
 }
 
+/* REQ-RIG-007 */
 static void test_unproject(const sgrt_rig* rig) {
   double pixels[4][2] = {{0}}, rays[4][3], jacobian[4][3][2], centre[3] = {7, 7, 7};
   sgrt_view in = sgrt_view_of(pixels, SGRT_F64, 4, 2, 0);
@@ -185,6 +186,7 @@ static void with(const char* part, const char* instead, sgrt_status status, cons
   CHECK(rig == CANARY(sgrt_rig));
 }
 
+/* REQ-RIG-001 */
 static void test_bad_json(void) {
   static char deep[64], large[(16 << 20) + 2];
   sgrt_rig* rig = CANARY(sgrt_rig);

@@ -15,6 +15,7 @@ static sgrt_surface* flat(void) {
   return surface;
 }
 
+/* REQ-ROI-001 */
 static void test_polygon(const sgrt_surface* surface) {
   /* A pentagram's cousin: a square ring walked as one path; even-odd leaves the middle out. */
   const float ring[10][2] = {{-8.5f, -8.5f}, {8.5f, -8.5f}, {8.5f, 8.5f}, {-8.5f, 8.5f}, {-8.5f, -8.5f},
@@ -61,6 +62,7 @@ static void test_normals_count(void) {
 }
 
 /* A polygon turns with the couch, a box only shifts; both lend what they were made from. */
+/* REQ-ROI-003 */
 static void test_move(void) {
   const double corners[8] = {0, 0, 100, 0, 100, 50, 0, 50}, low[3] = {0, 0, 0}, high[3] = {1, 2, 3}, iso[3] = {0, 0, 0};
   const double shift[16] = {1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1};

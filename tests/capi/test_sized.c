@@ -102,6 +102,7 @@ static void test_reading(void) {
 }
 
 /* A result struct is written as far as its caller knows it, its struct_size stays. */
+/* REQ-ABI-007 */
 static void test_writing(void) {
   const double points[9] = {0, 0, 1, 2, 0, 1, 0, 3, 1};
   struct {

@@ -209,6 +209,7 @@ static void test_bad_options(const sgrt_rig* rig) {
   CHECK(result == CANARY(sgrt_stereo) && session == CANARY(sgrt_stereo_session));
 }
 
+/* REQ-ABI-006 */
 static void test_bad_arguments(const sgrt_rig* rig) {
   const sgrt_view l = view_u8(left), r = view_u8(right);
   static double f64[kPixels];

@@ -52,6 +52,7 @@ static void test_lending(sgrt_stereo_session* session) {
   sgrt_surface_free(kept);
 }
 
+/* REQ-STEREO-008 */
 static void test_errors_in_between(sgrt_stereo_session* session) {
   const sgrt_view l = view_u8(left[0]), b = view_u8(blank), small = sgrt_view_of(blank, SGRT_U8, 10, 10, 0);
   const sgrt_stereo* result = CANARY(const sgrt_stereo);
@@ -83,6 +84,7 @@ static void test_errors_in_between(sgrt_stereo_session* session) {
 }
 
 /* The numbers of a push are those of a match, at any number of threads. */
+/* REQ-STEREO-007 */
 static void test_the_session_matches_as_a_single_call(const sgrt_rig* rig, sgrt_stereo_session* session) {
   const sgrt_view l = view_u8(left[1]), r = view_u8(right[1]);
   const sgrt_stereo* lent = NULL;
@@ -98,6 +100,7 @@ static void test_the_session_matches_as_a_single_call(const sgrt_rig* rig, sgrt_
   sgrt_context_free(context);
 }
 
+/* REQ-STEREO-007 */
 static void test_the_steady_state_allocates_nothing(sgrt_stereo_session* session) {
   const sgrt_stereo* result = NULL;
   int i;

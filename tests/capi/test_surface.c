@@ -2,6 +2,7 @@
 #include "surfaces.h"
 
 /* Everything that can be given comes back, in its shape. */
+/* REQ-SURF-001 */
 static void test_round_trip(void) {
   const double points[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
   const double normals[12] = {0, 0, 1, 0, 0, -1, 1, 0, 0, 0.6, 0, 0.8};
@@ -40,6 +41,7 @@ static void test_round_trip(void) {
   sgrt_surface_free(surface);
 }
 
+/* REQ-SURF-003 */
 static void test_grid(void) {
   double points[18], modes[36];
   sgrt_surface_data data;
@@ -129,6 +131,7 @@ static void test_bad_data(void) {
   refused(&d, SGRT_E_LIMIT, "bytes");
 }
 
+/* REQ-ABI-006 */
 static void test_null_arguments(void) {
   const double points[3] = {0, 0, 0}, two[2] = {1, 1};
   const sgrt_surface_data data = data_of(points, 1);
@@ -170,6 +173,7 @@ static void test_null_arguments(void) {
   sgrt_surface_free(NULL);
 }
 
+/* REQ-SURF-006 */
 static void test_height_field(void) {
   const float z[6] = {1, 2, 3, 5, 6, NAN};
   const double origin[2] = {10, 20}, spacing[2] = {2, -3}, zero[2] = {1, 0}, bad[2] = {NAN, 1};

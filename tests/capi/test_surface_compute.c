@@ -151,6 +151,7 @@ static void test_distance(void) {
 }
 
 /* Points, normals and covariance turn; sigma stays. */
+/* REQ-SURF-012 */
 static void test_move(void) {
   const double point[3] = {1, 2, 3}, normal[3] = {1, 0, 0}, sigma = 0.5, covariance[6] = {1, 0.1, 0.2, 2, 0.3, 3};
   const double turned[6] = {2, -0.1, -0.3, 1, 0.2, 3}, iso[3] = {1, 0, 0};

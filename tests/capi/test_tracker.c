@@ -52,6 +52,7 @@ static void check_holds(const sgrt_tracker_info* info) {
   CHECK(isnan(info->drift.mag_mm) && isnan(info->sigma_deg[2]) && isnan(info->breathing_mm));
 }
 
+/* REQ-TRACK-001 */
 static void test_treatment(void) {
   const double corners[8] = {-40, -40, 40, -40, 40, 40, -40, 40};
   const sgrt_view vertices = sgrt_view_of(corners, SGRT_F64, 4, 2, 0);
@@ -123,6 +124,7 @@ static void test_treatment(void) {
   sgrt_surface_free(near), sgrt_surface_free(far), sgrt_surface_free(gone);
 }
 
+/* REQ-TRACK-003 */
 static void test_bad_arguments(void) {
   sgrt_surface* reference = lump(0, 0, 0);
   sgrt_tracker_options options, bad;
@@ -165,6 +167,7 @@ static void test_bad_arguments(void) {
 }
 
 /* With error modes, covariances or nothing told of the noise; with and without a breathing trace and a pool. */
+/* REQ-TRACK-008 */
 static void test_the_steady_state_allocates_nothing(void) {
   const double corners[8] = {-40, -40, 40, -40, 40, 40, -40, 40};
   const sgrt_view vertices = sgrt_view_of(corners, SGRT_F64, 4, 2, 0);

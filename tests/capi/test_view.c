@@ -26,6 +26,7 @@ static void check_reads(const sgrt_view* view, int first, int step) {
   sgrt_surface_free(surface);
 }
 
+/* REQ-VIEW-001 */
 static void test_strides(void) {
   double wide[kCount][8], columns[3][kCount];
   float single[kCount][3];
@@ -69,6 +70,7 @@ static void check_refused(sgrt_view v, sgrt_status status, const char* words) {
   CHECK(surface == CANARY(sgrt_surface));
 }
 
+/* REQ-VIEW-002 */
 static void test_unsound_inputs(void) {
   const sgrt_view good = sgrt_view_of(kPoints, SGRT_F64, kCount, 3, 0);
   sgrt_view v = good;
@@ -103,6 +105,7 @@ static void test_unsound_inputs(void) {
   check_refused(v, SGRT_E_INVALID_ARGUMENT, "data.points: a stride of -4");
 }
 
+/* REQ-VIEW-002 */
 static void test_sizes_beyond_memory(void) {
   const sgrt_view good = sgrt_view_of(kPoints, SGRT_F64, kCount, 3, 0);
   sgrt_view v = good;
@@ -136,6 +139,7 @@ static sgrt_surface* grid(void) {
   return surface;
 }
 
+/* REQ-VIEW-003 */
 static void test_outputs(void) {
   static const uint8_t kExpected[2][3] = {{0, 0, 0}, {1, 1, 0}};
   const double low[3] = {-1, -1, 3.5}, high[3] = {1.5, 9, 9};

@@ -39,6 +39,7 @@ def test_files(prefix):
     ]
 
 
+# REQ-ABI-012
 def test_library_needs_permissive_system_libraries_only(prefix):
     section = dynamic_section(prefix / "lib/libsgrt.so")
     assert ("SONAME", SONAME) in section
@@ -47,6 +48,7 @@ def test_library_needs_permissive_system_libraries_only(prefix):
     assert not [value for kind, value in section if kind in ("RPATH", "RUNPATH")]
 
 
+# REQ-ABI-014
 def test_find_package(prefix, tmp_path):
     (tmp_path / "CMakeLists.txt").write_text(
         f"""cmake_minimum_required(VERSION 3.25)
@@ -81,6 +83,7 @@ def test_find_package_refuses_another_minor_version(prefix, tmp_path):
     assert done.returncode != 0 and f"version: {VERSION}" in done.stderr
 
 
+# REQ-ABI-014
 def test_pkg_config(prefix, tmp_path):
     environment = os.environ | {"PKG_CONFIG_PATH": str(prefix / "lib/pkgconfig")}
     assert run("pkg-config", "--modversion", "sgrt", env=environment).strip() == VERSION

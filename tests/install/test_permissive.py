@@ -42,11 +42,13 @@ def test_ceres_without_suitesparse_is_fine(tmp_path):
     assert configure(tmp_path, WITHOUT, "Ceres::ceres") == ""
 
 
+# REQ-ABI-013
 @pytest.mark.parametrize("links", ["Ceres::ceres", "ceres", "$<LINK_ONLY:Ceres::ceres>", "/usr/lib/libceres.a"])
 def test_ceres_with_suitesparse_is_refused(tmp_path, links):
     assert "SGRT_REQUIRE_PERMISSIVE: library links" in configure(tmp_path, WITH_SUITESPARSE, links)
 
 
+# REQ-ABI-013
 @pytest.mark.parametrize("links", ["cholmod", "/usr/lib/x86_64-linux-gnu/libspqr.so"])
 def test_suitesparse_is_refused(tmp_path, links):
     assert "copyleft" in configure(tmp_path, WITHOUT, links)

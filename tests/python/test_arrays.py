@@ -31,6 +31,7 @@ def read_only(array):
     return array
 
 
+# REQ-VIEW-001
 @pytest.mark.parametrize(
     "shape_of",
     [
@@ -64,6 +65,7 @@ def test_integers_of_a_list_are_numbers():
     assert sgrt.Surface([[1, 2, 3]]).points.tolist() == [[1.0, 2.0, 3.0]]
 
 
+# REQ-PY-002
 @pytest.mark.parametrize(
     "points",
     [
@@ -109,6 +111,7 @@ def test_faces_are_int32():
         sgrt.Surface(POINTS, faces=np.array([[0, 1, 2]], dtype=np.int64))
 
 
+# REQ-VIEW-004
 def test_inputs_are_never_written(rig):
     before = POINTS.copy()
     rig.project("left", POINTS)
@@ -140,6 +143,7 @@ def test_out_is_written_in_place(rig):
         assert np.array_equal(out, expected)
 
 
+# REQ-VIEW-003
 @pytest.mark.parametrize(
     ("out", "message"),
     [
@@ -171,6 +175,7 @@ def test_zero_stride_output(rig):
         rig.project("left", POINTS, out=out)
 
 
+# REQ-VIEW-003
 def test_an_output_over_its_input(rig):
     memory = POINTS.copy()
     with pytest.raises(sgrt.InvalidArgument, match="overlap"):

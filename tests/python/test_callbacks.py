@@ -93,6 +93,7 @@ def test_a_callback_may_call_the_library(cloud, reference):
     assert np.nanmax(np.abs(found[0])) < 0.1
 
 
+# REQ-CTX-003
 def test_but_not_on_its_own_context(cloud, reference):
     def progress(fraction, stage):
         reference.estimate_normals(context=context)
@@ -124,6 +125,7 @@ def test_other_threads_run_meanwhile(cloud):
     assert len(inside) > (end - begin) / 0.05
 
 
+# REQ-CTX-004
 def test_a_shared_context_queues(reference, live):
     context = sgrt.Context(threads=2, progress=lambda *_: None)
     results = []

@@ -89,6 +89,7 @@ def test_register_for_people(run, room):
         assert word in out
 
 
+# REQ-DET-010
 def test_same_bytes_at_any_number_of_threads(run, room):
     documents = []
     for threads in (1, 2, 4):
@@ -184,6 +185,7 @@ def test_the_couch_turns_all_that_a_surface_holds():
     assert turned.correlation_points == 3
 
 
+# REQ-CLI-003
 @pytest.mark.parametrize(
     ("name", "status"), [("flat.ply", "degenerate"), ("away.ply", "not_found"), ("three.ply", "insufficient_data")]
 )
@@ -231,6 +233,7 @@ def test_register_bad_calls(run, room, more, words):
     one_line_about(err, *words)
 
 
+# REQ-CLI-002
 def test_register_bad_files(run, room, tmp_path):
     (tmp_path / "bad.ply").write_bytes(b"ply\nformat ascii 1.0\nend_header\n")
     for name in (tmp_path / "missing.ply", tmp_path / "bad.ply", tmp_path, room / "left.png"):
@@ -286,12 +289,14 @@ def test_stereo_options(run, room, tmp_path):
     assert np.nanmax(np.abs(s.points[..., :2])) <= 50
 
 
+# REQ-DET-010
 def test_stereo_same_bytes_at_any_number_of_threads(run, room, tmp_path):
     for threads in (1, 2, 4):
         assert run(*stereo(room, tmp_path / f"{threads}.ply", "--threads", threads))[0] == 0
     assert len(set(files(tmp_path).values())) == 1
 
 
+# REQ-CLI-003
 def test_stereo_without_an_answer(run, room, tmp_path):
     code, out, err = run(*stereo(room, tmp_path / "s.ply", "--json", right="grey.png"))
     assert code == 1
@@ -385,6 +390,7 @@ def test_unknown_command(run):
     one_line_about(err, "levitate")
 
 
+# REQ-CLI-002
 def test_a_defect_is_one_line_and_3(run, room, monkeypatch):
     monkeypatch.setattr("sgrt.cli.register.icp_align", lambda *_, **__: 1 / 0)
     code, out, err = run(*register(room, *AT))
@@ -392,6 +398,7 @@ def test_a_defect_is_one_line_and_3(run, room, monkeypatch):
     one_line_about(err, "ZeroDivisionError")
 
 
+# REQ-CLI-001
 @pytest.mark.parametrize(
     ("error", "code"),
     [
@@ -434,6 +441,7 @@ def test_the_installed_script_has_no_thread_too_many(room):
     assert most == 1
 
 
+# REQ-CLI-004
 @pytest.mark.skipif(SGRT is None, reason="the script is not installed")
 def test_ctrl_c_is_130_and_leaves_nothing(tmp_path):
     io.write_surface(tmp_path / "big.ply", sgrt.Surface(body_points(1_500_000, 1)))

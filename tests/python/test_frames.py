@@ -39,6 +39,7 @@ def test_identity_is_only_identity():
     assert set(correction.as_dict().values()) == {0.0}
 
 
+# REQ-FRAME-007
 @pytest.mark.parametrize(
     "bad", [np.diag([1, 1, 1, 2.0]), np.diag([-1, 1, 1, 1.0]), np.full((4, 4), np.nan), np.zeros((4, 4))]
 )
@@ -100,6 +101,7 @@ POSITIONS = {
 }
 
 
+# REQ-FRAME-004
 @pytest.mark.parametrize("position", POSITIONS)
 def test_a_phantom_in_every_position(position):
     """The plan's surface in DICOM coordinates, the patient in the room by matrices written out here, the couch turned:

@@ -120,6 +120,7 @@ BAD_PLY = {
 }
 
 
+# REQ-FILE-001
 @pytest.mark.parametrize("name", BAD_PLY)
 def test_bad_ply(tmp_path, name):
     text, message = BAD_PLY[name]
@@ -192,6 +193,7 @@ def png(width, height, depth=8, colour=0, data=b""):
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
+# REQ-FILE-001
 @pytest.mark.parametrize(
     ("data", "error"),
     [
@@ -353,6 +355,7 @@ def test_registration_is_the_contract(tmp_path, reference, live):
     assert np.array_equal(io.read_pose(tmp_path / "r.json"), result.reference_from_live)
 
 
+# REQ-FRAME-008
 def test_no_pose_is_null_never_identity(tmp_path, reference):
     away = sgrt.Surface(reference.points + np.array([0.0, 0.0, 500.0]), normals=reference.normals)
     with pytest.raises(sgrt.NotFound) as error:
@@ -405,6 +408,7 @@ def test_missing_files_and_folders(tmp_path, reference, rig):
             write()
 
 
+# REQ-FILE-004
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch, reference, rig):
     (tmp_path / "x").write_text("old")
 

@@ -59,6 +59,7 @@ def test_head_model_finds_its_landmarks(body, skin):
     assert left > 5 > -5 > right  # the patient's own left
 
 
+# REQ-LMK-001
 @pytest.mark.parametrize(("axis", "degrees"), [((0, 1, 0), 40), ((1, 0, 0), -40), ((0.3, 1, 1), 60)])
 def test_own_model_in_any_pose(skin, own, axis, degrees):
     rotation = turn(axis, degrees)
@@ -86,6 +87,7 @@ def test_partial_view(skin, own):
     assert np.isnan(found.positions_mm[own.names.index("eye_inner_right")]).all()
 
 
+# REQ-LMK-002
 @pytest.mark.parametrize("noise", [0.0, 0.5])
 def test_flat_abdomen_has_none(noise):
     rng = np.random.default_rng(5)

@@ -467,6 +467,7 @@ def test_command_makes_the_surface(folder, capsys, torso):
     assert len(json.loads(capsys.readouterr().out)["signal"]) == 9
 
 
+# REQ-FILE-003
 @pytest.mark.parametrize(
     ("change", "code", "words"),
     [

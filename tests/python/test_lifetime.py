@@ -17,6 +17,7 @@ def churn():
         np.full(60_000, np.nan)
 
 
+# REQ-PY-003
 def test_arrays_keep_their_surface():
     points = body_points(20_000, 1)
     surface = sgrt.Surface(points, sigma_mm=np.ones(20_000))
@@ -34,6 +35,7 @@ def test_arrays_keep_their_surface():
     assert died() is None
 
 
+# REQ-PY-003
 def test_lent_memory_is_read_only_and_not_copied(reference):
     a, b = reference.points, reference.points
     assert a.ctypes.data == b.ctypes.data

@@ -21,6 +21,7 @@ def modules() -> list[Path]:
     return [path for path in sorted(PACKAGE.rglob("*.py")) if "twin" not in path.relative_to(PACKAGE).parts]
 
 
+# REQ-PY-001
 @pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_computes_nothing_that_a_clinic_acts_on(path):
     """No numpy.linalg and no scipy outside the simulated room: such numbers come from the library."""
@@ -66,6 +67,7 @@ def test_version_stands_in_the_header_alone():
     assert "version" in tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dynamic"]
 
 
+# REQ-PY-004
 def test_one_exception_class_a_status():
     codes = {int(n): word for word, n in re.findall(r"SGRT_E_(\w+) = (\d+)", HEADER)}
     classes = {cls.status: cls for cls in vars(sgrt).values() if isinstance(cls, type) and issubclass(cls, sgrt.Error)}

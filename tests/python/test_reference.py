@@ -143,6 +143,7 @@ def to_dicom(points, position, isocentre):
     return (points - matrix[:3, 3]) @ matrix[:3, :3]
 
 
+# REQ-FRAME-004
 @pytest.mark.parametrize("position", SIDES)
 def test_every_patient_position(tmp_path, position):
     folder = write_ct(tmp_path / "ct", *ct(spacing=(4.0, 4.0, 4.0), shape=(48, 42, 48)), position=position)

@@ -77,6 +77,7 @@ def test_projects_as_the_equations_say(bent):
     assert np.abs(directions - ray).max() < 1e-9
 
 
+# REQ-RIG-008
 def test_jacobians_against_differences(bent):
     x = np.array([[20.0, -30.0, 40.0], [-60.0, 10.0, 0.0]])
     pixels, jacobian = bent.project_jacobian("left", x)

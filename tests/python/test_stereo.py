@@ -55,6 +55,7 @@ SCENES = {
 }
 
 
+# REQ-STEREO-004
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("options", [VOLUME, {}], ids=["volume", "no volume"])
 @pytest.mark.parametrize("bits", [8, 16])
@@ -139,6 +140,7 @@ def test_saturated_patches_are_left_out(rig):
     assert np.nanmax(np.abs(found.surface.points[..., 2])) < 2
 
 
+# REQ-STEREO-005
 def test_the_rig_on_trial(rig, tmp_path, capfd):
     fine = sgrt.stereo_match(rig, "pod1", *shown(speckle))
     assert not fine.out_of_calibration

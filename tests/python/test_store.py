@@ -28,6 +28,7 @@ def test_versions_count_a_plan_and_field(path):
         assert store.entry(3).document == DOCUMENT
 
 
+# REQ-FILE-005
 def test_entries_cannot_be_changed(path):
     with ReferenceStore(path, create=True) as store:
         store.add(b"a", DOCUMENT, plan="P", field="F")
@@ -38,12 +39,31 @@ def test_entries_cannot_be_changed(path):
     other.close()
 
 
+# REQ-FILE-005
 def test_a_changed_surface_is_noticed(path):
     with ReferenceStore(path, create=True) as store:
         store.add(b"honest bytes", DOCUMENT, plan="P", field="F")
     path.write_bytes(path.read_bytes().replace(b"honest", b"forged"))
     with ReferenceStore(path) as store, pytest.raises(sgrt.FormatError, match="entry 1 has changed"):
         store.surface(1)
+
+
+# REQ-FILE-005
+def test_a_changed_document_or_region_is_noticed(path):
+    """An isocentre that changed in the file is as wrong as a surface that did."""
+    document = DOCUMENT | {"isocentre_mm": [1.5, 2.5, 3.5]}
+    for old, new in ((b"2.5", b"9.5"), (b"reg7", b"reg8"), (b"FieldX", b"FieldY")):
+        path.unlink(missing_ok=True)
+        with ReferenceStore(path, create=True) as store:
+            store.add(b"s", document, plan="P", field="FieldX", roi={"schema": "reg7"})
+            assert store.entry(1).document == document
+        data = path.read_bytes()
+        assert old in data
+        path.write_bytes(data.replace(old, new))
+        with ReferenceStore(path) as store:
+            for read in (store.entries, lambda store=store: store.entry(1), lambda store=store: store.surface(1)):
+                with pytest.raises(sgrt.FormatError, match=r"entry 1 has changed|malformed"):
+                    read()
 
 
 def test_bad_files(path, tmp_path):
@@ -68,6 +88,7 @@ def test_bad_files(path, tmp_path):
         ReferenceStore(tmp_path / "new.sqlite")
 
 
+# REQ-FILE-001
 def test_bad_entries(path):
     with ReferenceStore(path, create=True) as store:
         with pytest.raises(sgrt.FormatError, match="schema"):
@@ -80,6 +101,7 @@ def test_bad_entries(path):
         assert store.entries() == []
 
 
+# REQ-FILE-004
 def test_a_full_disk_leaves_the_store_as_it_was(path):
     with ReferenceStore(path, create=True) as store:
         store.add(b"a" * 100, DOCUMENT, plan="P", field="F")

@@ -6,6 +6,7 @@ import sgrt
 from conftest import body_height, body_points
 
 
+# REQ-SURF-001
 def test_every_array_comes_back():
     rng = np.random.default_rng(0)
     points = rng.normal(size=(50, 3))

@@ -168,6 +168,7 @@ def test_command_line_uses_what_the_rig_names(files, unit):
     assert tof(files) == 2
 
 
+# REQ-FILE-003
 @pytest.mark.parametrize(
     ("change", "words"),
     [

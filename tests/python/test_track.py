@@ -76,6 +76,7 @@ def test_found_anywhere(reference):
         tracker(reference, search_every_s=-1)
 
 
+# REQ-TRACK-005
 def test_lost_and_found(reference):
     track = tracker(reference, search=False)
     assert track.push(body(1), time_s=0).beam == "on"
@@ -100,6 +101,7 @@ def test_motion_is_predicted(reference):
     assert sum(fast[2:]) < sum(slow[2:])
 
 
+# REQ-TRACK-006
 def test_a_weak_pose_holds():
     """A shallow bump on a dome turns nearly freely: what is not certain does not let the beam on."""
     rng = np.random.default_rng(3)
@@ -125,6 +127,7 @@ def breath(seed, amplitude_mm, count=4000):
     return sgrt.Surface(points, sigma_mm=np.full(count, 0.1)).estimate_normals()
 
 
+# REQ-TRACK-007
 def test_breathing_trace_and_window(reference):
     track = tracker(
         reference, gate_roi=PATCH, gated=True, tolerance_mm=50, tolerance_deg=30, gate_low_mm=-1, gate_high_mm=2

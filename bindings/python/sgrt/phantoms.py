@@ -58,7 +58,10 @@ def _points(value: dict[str, Any]) -> Phantom:
         ids.append(item["id"])
         places.append(numbers(item.get("position_mm"), (3,), f"points[{i}].position_mm"))
     pixels: dict[str, dict[str, list[float]]] = {}
-    for camera, seen in (value.get("pixels") or {}).items():
+    cameras = value.get("pixels") or {}
+    if not isinstance(cameras, dict):
+        raise FormatError("pixels: expected an object of camera ids")
+    for camera, seen in cameras.items():
         if not isinstance(seen, dict):
             raise FormatError(f"pixels.{camera}: expected an object of point ids")
         for name, place in seen.items():

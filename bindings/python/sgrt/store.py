@@ -22,7 +22,7 @@ from .io._files import PathLike, check_schema, json_text, parse_json
 from .reference import SCHEMA
 
 APPLICATION_ID = 0x73677274  # "sgrt"
-VERSION = 1
+VERSION = 2  # 1: its digest was that of the surface alone
 WAIT_S = 5.0
 _TABLE = """
 CREATE TABLE reference (
@@ -57,12 +57,16 @@ class Entry:
     roi: dict[str, Any] | None
 
 
-_COLUMNS = "id, plan, field, version, created, kind, document, roi"
+_COLUMNS = "id, plan, field, version, created, kind, document, roi, surface, sha256"
 
 
-def _entry(row: tuple[Any, ...]) -> Entry:
-    number, plan, field, version, created, kind, document, roi = row
-    return Entry(number, plan, field, version, created, kind, json.loads(document), json.loads(roi) if roi else None)
+def _digest(*parts: Any) -> str:
+    """Of all that an entry says: a changed isocentre is as wrong as a changed surface."""
+    digest = hashlib.sha256()
+    for part in parts:
+        data = part if isinstance(part, bytes) else b"-" if part is None else str(part).encode("utf-8", "surrogatepass")
+        digest.update(len(data).to_bytes(8, "little") + data)
+    return digest.hexdigest()
 
 
 class ReferenceStore:
@@ -113,9 +117,20 @@ class ReferenceStore:
             what = str(error)
             if "locked" in what:
                 what = f"another process has held the store for more than {WAIT_S:.0f} s"
-            raise OSError(5, what, str(self._path)) from error
+            if "UTF-8" in what:
+                raise FormatError(f"{self._path}: damaged: a text that is not UTF-8") from error
+            raise OSError(5, " ".join(what.split()), str(self._path)) from error
         except sqlite3.DatabaseError as error:
-            raise FormatError(f"{self._path}: {error}") from error
+            raise FormatError(f"{self._path}: {' '.join(str(error).split())}") from error
+
+    def _entry(self, row: tuple[Any, ...]) -> Entry:
+        """The entry of a row, if it is still what was added."""
+        number, plan, field, version, created, kind, document, roi, surface, digest = row
+        if _digest(plan, field, version, created, kind, document, roi, surface) != digest:
+            raise FormatError(f"{self._path}: entry {number} has changed since it was added")
+        return Entry(
+            number, plan, field, version, created, kind, json.loads(document), json.loads(roi) if roi else None
+        )
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:
@@ -155,10 +170,11 @@ class ReferenceStore:
                     "SELECT coalesce(max(version), 0) FROM reference WHERE plan = ? AND field = ?", (plan, field)
                 ).fetchone()[0]
             )
+            known = (plan, field, version, created, document["kind"], *texts)
             cursor = self._connection.execute(
                 "INSERT INTO reference (plan, field, version, created, kind, document, roi, surface, sha256)"
                 " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                (plan, field, version, created, document["kind"], *texts, surface, hashlib.sha256(surface).hexdigest()),
+                (*known, surface, _digest(*known, surface)),
             )
             found = cursor.lastrowid
         assert found is not None
@@ -172,22 +188,18 @@ class ReferenceStore:
             rows = self._connection.execute(
                 f"SELECT {_COLUMNS} FROM reference{where} ORDER BY id", [text for _, text in wanted]
             ).fetchall()
-        return [_entry(row) for row in rows]
+        return [self._entry(row) for row in rows]
 
     def entry(self, number: int) -> Entry:
         with self._errors():
             row = self._connection.execute(f"SELECT {_COLUMNS} FROM reference WHERE id = ?", (number,)).fetchone()
         if row is None:
             raise FormatError(f"{self._path}: has no entry {number}")
-        return _entry(row)
+        return self._entry(row)
 
     def surface(self, number: int) -> bytes:
         """The PLY of an entry, byte for byte as it was added."""
         self.entry(number)
         with self._errors():
-            data, digest = self._connection.execute(
-                "SELECT surface, sha256 FROM reference WHERE id = ?", (number,)
-            ).fetchone()
-        if hashlib.sha256(data).hexdigest() != digest:
-            raise FormatError(f"{self._path}: the surface of entry {number} has changed since it was added")
-        return bytes(data)
+            row = self._connection.execute("SELECT surface FROM reference WHERE id = ?", (number,)).fetchone()
+        return bytes(row[0])

@@ -130,6 +130,7 @@ TEST(Board, ChessboardsInManyPosesAreFoundInTheBoardsOwnOrder) {
   }
 }
 
+// REQ-CALIB-005
 TEST(Board, BlurSlopingLightAndNoise) {
   const Camera camera = small_camera();
   const Pose pose = placed(kChess, 0.3, 0.3, 0.2, 260);
@@ -183,6 +184,7 @@ TEST(Board, CirclesAreFound) {
   }
 }
 
+// REQ-CALIB-005
 TEST(Board, NoBoardInSpeckleAndInNothing) {
   Photo photo{std::vector<std::uint8_t>(400 * 300), 400, 300};
   Draw draw(1);

@@ -10,6 +10,7 @@
 using namespace sgrt;
 using namespace sgrt::test;
 
+// REQ-CALIB-006
 TEST(Parameters, DerivativesOfTheLensAgreeWithDifferences) {
   for (const Camera& lens_camera : real_lenses()) {
     const Camera camera = make_camera(lens_camera);
@@ -46,6 +47,7 @@ TEST(Parameters, NothingBehindTheCamera) {
 }
 
 // The information matrix is J^T J with placements eliminated: against a Jacobian by differences of all unknowns.
+// REQ-CALIB-006
 TEST(Bundle, InformationAgreesWithDifferences) {
   std::vector<Camera> cameras = two_pods();
   cameras.resize(2);

@@ -34,6 +34,7 @@ std::string joined(const std::vector<std::string>& lines) {
 
 }  // namespace
 
+// REQ-CALIB-001
 TEST(Calibrate, ExactPixelsGiveTheRigBack) {
   SeenOptions o;
   o.noise = 0;
@@ -49,6 +50,7 @@ TEST(Calibrate, ExactPixelsGiveTheRigBack) {
   EXPECT_EQ(r.rig.room, "camera pod1-left");
 }
 
+// REQ-CALIB-001
 TEST(Calibrate, NoiseIsFoundAndTheCovarianceIsHonest) {
   constexpr int kTrials = 12;
   double nees = 0, dof = 0, noise = 0;
@@ -89,6 +91,7 @@ TEST(Calibrate, OrderOfImagesAndCamerasDoesNotMatter) {
   EXPECT_LT((there * back).t.norm(), 1e-4);
 }
 
+// REQ-CALIB-003
 TEST(Calibrate, OutliersAreNamedAndDoNotCount) {
   SeenOptions o;
   o.boards = 15;
@@ -118,6 +121,7 @@ TEST(Calibrate, OutliersAreNamedAndDoNotCount) {
   EXPECT_LT(square / free, 2.5);
 }
 
+// REQ-CALIB-002
 TEST(Calibrate, WhatHasNoAnswer) {
   SeenOptions o;
   o.boards = 10;
@@ -157,6 +161,7 @@ TEST(Calibrate, WhatHasNoAnswer) {
   EXPECT_NE(message_of(see(above, flat, 9).data, Status::kDegenerate).find("tilt the board"), std::string::npos);
 }
 
+// REQ-CALIB-003
 TEST(Calibrate, AHalfTurnedOrMirroredBoardIsNamed) {
   SeenOptions o;
   o.boards = 14;
@@ -252,6 +257,7 @@ TEST(Calibrate, SplitHalvesOfGoodDataAgree) {
   }
 }
 
+// REQ-CALIB-004
 TEST(Check, UnseenImagesOfTheSameRigFitAndOfAMovedOneDoNot) {
   SeenOptions o;
   const Seen made = see(one_pod(), o, 41);

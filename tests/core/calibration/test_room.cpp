@@ -115,6 +115,7 @@ TEST(Room, AWrongPointIsNamedAndWhatHasNoAnswer) {
                [&] { room_from_phantom(sgrt::Run{}, {&a}, data, o); });
 }
 
+// REQ-CALIB-004
 TEST(Room, APhantomThatMovedIsToldByHowMuch) {
   const std::vector<Camera> cameras = two_pods();
   Rig rig;

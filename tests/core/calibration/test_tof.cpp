@@ -102,6 +102,7 @@ TEST(CalibrateTof, FindsWigglingAmplitudeAndPixels) {
   EXPECT_LT(std::sqrt(square / count), 0.5);
 }
 
+// REQ-TOF-005
 TEST(CalibrateTof, SaysWhatItCannotKnow) {
   Draw draw(2);
   const Rig rig = quiet_rig();

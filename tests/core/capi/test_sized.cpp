@@ -57,6 +57,7 @@ TEST(Sized, InitFillsNoMoreThanAnOlderCallerHas) {
   EXPECT_EQ(std::memcmp(&caller[1], &untouched, sizeof untouched), 0);
 }
 
+// REQ-ABI-007
 TEST(Sized, AnOlderCallersOptionsTakeDefaultsForTheRest) {
   Old caller = {sizeof(Old), 9, 2.5};
   const New read = read_struct(static_cast<const New*>(as_new(&caller)), kDefaults, "options.struct_size");
@@ -71,6 +72,7 @@ TEST(Sized, NoOptionsAreTheDefaults) {
   EXPECT_EQ(read.angle, 60);
 }
 
+// REQ-ABI-007
 TEST(Sized, AResultIsWrittenAsFarAsTheCallerKnows) {
   Old caller[2];
   std::memset(caller, 0xAB, sizeof caller);
@@ -84,6 +86,7 @@ TEST(Sized, AResultIsWrittenAsFarAsTheCallerKnows) {
   write_struct<New>(nullptr, New{});  // an optional result
 }
 
+// REQ-ABI-008
 TEST(Sized, SizesNeverInAHeaderAreRefused) {
   for (const std::size_t size :
        {std::size_t{0}, std::size_t{4}, sizeof(Old) - 1, sizeof(New) + 1, std::size_t{1} << 40}) {

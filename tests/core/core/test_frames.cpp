@@ -34,6 +34,7 @@ void expect_near(const SixDof& a, const SixDof& b, double tolerance) {
   EXPECT_NEAR(a.rtn_deg, b.rtn_deg, tolerance);
 }
 
+// REQ-FRAME-001
 TEST(Frames, DisplacementIsWhatItSays) {
   Draw draw(1);
   for (int i = 0; i < 1000; ++i) {
@@ -52,6 +53,7 @@ TEST(Frames, DisplacementIsWhatItSays) {
   }
 }
 
+// REQ-FRAME-002
 TEST(Frames, CorrectionUndoesTheDisplacement) {
   Draw draw(2);
   for (int i = 0; i < 1000; ++i) {
@@ -70,6 +72,7 @@ TEST(Frames, CorrectionUndoesTheDisplacement) {
   }
 }
 
+// REQ-FRAME-002
 TEST(Frames, CorrectionIsNotMinusTheSixNumbers) {
   const PatientDisplacement d = displacement(10, 0, 0, 0, 0, 90);
   const CouchCorrection c = correction_of(pose_of(d, Vec3::Zero()), Vec3::Zero());
@@ -89,6 +92,7 @@ TEST(Frames, TranslationIsReportedAtTheIsocentre) {
   EXPECT_NEAR(displacement_of(turn_elsewhere, Vec3(200, 0, 0)).mag_mm, 0, 1e-12);
 }
 
+// REQ-FRAME-003
 TEST(Frames, AtNinetyDegreesOfPitchRollIsZero) {
   Draw draw(3);
   for (double pitch : {90.0, -90.0, 90 - 1e-10, 90 - 1e-5}) {
@@ -103,6 +107,7 @@ TEST(Frames, AtNinetyDegreesOfPitchRollIsZero) {
   }
 }
 
+// REQ-FRAME-008
 TEST(Frames, NoPoseIsNaN) {
   Pose none;
   none.R.setConstant(kNaN);
@@ -140,6 +145,7 @@ Vec3 left_of(const Vec3& head, const Vec3& front) {
   return head.cross(front);
 }
 
+// REQ-FRAME-004
 TEST(Frames, DicomOfEveryPosition) {
   const Vec3 east(1, 0, 0), south(0, -1, 0), up(0, 0, 1);
   ASSERT_EQ(left_of(up, south), east);  // upright, facing south: the left hand is in the east
@@ -175,6 +181,7 @@ TEST(Frames, HeadFirstSupineLeftIsOnTheRight) {
   EXPECT_EQ(fixed_from_dicom(PatientPosition::kHfs, Vec3::Zero()) * Vec3(100, 0, 0), Vec3(100, 0, 0));
 }
 
+// REQ-FRAME-005
 TEST(Frames, CouchTurnsCounterClockwiseSeenFromAbove) {
   const Vec3 to_the_gantry(0, 1, 0), right(1, 0, 0);
   EXPECT_EQ(fixed_from_couch(90) * right, to_the_gantry);  // exact at the quarters

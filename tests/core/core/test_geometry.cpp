@@ -171,6 +171,7 @@ TEST(Geometry, RowsAreProjectedOntoARotation) {
   }
 }
 
+// REQ-FRAME-007
 TEST(Geometry, RowsThatAreNoMotion) {
   double good[16];
   pose_to_rows(Pose{}, good);

@@ -89,6 +89,7 @@ TEST(Text, Numbers) {
   }
 }
 
+// REQ-ABI-003
 TEST(Text, OfTheCaller) {
   EXPECT_EQ(in_quotes("pod1"), "'pod1'");
   EXPECT_EQ(in_quotes("a\nb\x01\xc3\xa4"), "'a?b\?\?\?'");

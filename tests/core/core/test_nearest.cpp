@@ -72,6 +72,7 @@ Points cloud(int n, const std::function<Vec3(int)>& point) {
   return p;
 }
 
+// REQ-SURF-016
 TEST(Nearest, RandomCloudsOfEverySize) {
   Draw draw(1);
   for (int n : {1, 2, 3, 9, 10, 11, 12, 50, 1000, 20000}) {
@@ -106,6 +107,7 @@ TEST(Nearest, Duplicates) {
   expect_like_brute_force(zeros, {Vec3::Zero(), Vec3(1, 2, 3), Vec3(1, 2, 3)});
 }
 
+// REQ-SURF-016
 TEST(Nearest, AMillionEqualPointsCostNoMoreThanOne) {
   const Points p = Points::Constant(1'000'000, 3, 7.5);
   const Nearest nearest(p);
@@ -120,6 +122,7 @@ TEST(Nearest, AMillionEqualPointsCostNoMoreThanOne) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));  // 4e10 comparisons otherwise
 }
 
+// REQ-SURF-016
 TEST(Nearest, Collinear) {
   Draw draw(5);
   const Vec3 along = draw.direction();
@@ -187,6 +190,7 @@ TEST(Nearest, Nonsense) {
   EXPECT_EQ(nearest.size(), 100);
 }
 
+// REQ-CTX-007
 TEST(Nearest, ManyThreads) {
   Draw draw(9);
   const Points p = cloud(5000, [&](int) { return draw.vec3(100); });

@@ -68,6 +68,7 @@ TEST_P(PoolTest, EveryIndexOnce) {
   }
 }
 
+// REQ-DET-001
 TEST_P(PoolTest, SumHasTheBitsOfTheSerialOne) {
   ThreadPool pool(GetParam());
   for (std::int64_t n : {1, 100, 6400, 6401, 100003}) {
@@ -97,6 +98,7 @@ TEST_P(PoolTest, LowestFailingBlockComesOut) {
   EXPECT_EQ(bits(harmonic(run_with(pool), 1000, 10)), bits(harmonic(sgrt::Run{}, 1000, 10)));  // and the pool goes on
 }
 
+// REQ-CTX-001
 TEST_P(PoolTest, ProgressOnTheCallingThreadOnly) {
   ThreadPool pool(GetParam());
   sgrt::Run run = run_with(pool);
@@ -122,6 +124,7 @@ TEST_P(PoolTest, ProgressOnTheCallingThreadOnly) {
   EXPECT_GT(calls, 0);
 }
 
+// REQ-CTX-002
 TEST_P(PoolTest, CancelStopsSoon) {
   ThreadPool pool(GetParam());
   sgrt::Run run = run_with(pool);
@@ -164,6 +167,7 @@ TEST_P(PoolTest, CallbackMayUseThePool) {
   EXPECT_EQ(bits(inner), bits(harmonic(sgrt::Run{}, 1000, 10)));
 }
 
+// REQ-CTX-004
 TEST_P(PoolTest, ConcurrentCallsQueue) {
   ThreadPool pool(GetParam());
   const double serial = harmonic(sgrt::Run{}, 3000, 20);
@@ -188,6 +192,7 @@ TEST_P(PoolTest, ManySmallJobs) {
   EXPECT_EQ(total, 5000 * 28);
 }
 
+// REQ-CTX-006
 TEST(Pool, NeverMoreThreadsThanItsBudget) {
   std::thread([] {}).join();  // a sanitizer starts a thread of its own with the first one
   const int before = threads_of_process();
@@ -268,6 +273,7 @@ TEST(Pool, RefusesNonsense) {
 }
 
 #if !defined(__SANITIZE_THREAD__)  // which does not follow a child that starts threads
+// REQ-CTX-005
 TEST(Pool, WorksAgainInAForkedChild) {
   ThreadPool pool(3);
   const double serial = harmonic(sgrt::Run{}, 10000, 10);
@@ -288,6 +294,7 @@ TEST(Pool, WorksAgainInAForkedChild) {
   EXPECT_EQ(bits(harmonic(run_with(pool), 10000, 10)), bits(serial));
 }
 
+// REQ-CTX-005
 TEST(Pool, ForkWhileBusyAndDestroyInTheChild) {
   auto pool = std::make_unique<ThreadPool>(3);
   std::atomic<bool> stop{false};
@@ -312,6 +319,7 @@ TEST(Pool, ForkWhileBusyAndDestroyInTheChild) {
 }
 #endif
 
+// REQ-CTX-008
 TEST(RunTest, Isa) {
   const Isa isa = detect_isa();
   EXPECT_TRUE(isa == Isa::kBaseline || isa == Isa::kAvx2);

@@ -34,6 +34,7 @@ TEST(Roi, Square) {
     EXPECT_FALSE(in(roi, x.x(), x.y()));
 }
 
+// REQ-ROI-001
 TEST(Roi, OnlyWhatLooksUp) {
   const Roi roi = roi_from_polygon({{0, 0}, {10, 0}, {0, 10}});
   const Vec3 x(2, 2, 0);
@@ -61,6 +62,7 @@ TEST(Roi, ConcaveAndSelfCrossing) {
   EXPECT_TRUE(in(pentagram, 8 * std::cos(0.1), 8 * std::sin(0.1)));
 }
 
+// REQ-ROI-001
 TEST(Roi, RandomPolygonsAgainstAVerticalRay) {
   Draw draw(1);
   for (int repeat = 0; repeat < 50; ++repeat) {
@@ -98,6 +100,7 @@ TEST(Roi, Box) {
   EXPECT_FALSE(contains(roi, at(Vec3::Constant(kNaN)), 0));
 }
 
+// REQ-ROI-002
 TEST(Roi, NoArea) {
   const auto refused = [](std::vector<Vec2> v) {
     expect_error(Status::kInvalidArgument, "no area", [&] { roi_from_polygon(v); });
@@ -124,6 +127,7 @@ TEST(Roi, FigureOfEightHasArea) {
   }
 }
 
+// REQ-ROI-002
 TEST(Roi, Nonsense) {
   for (int n : {0, 1, 2}) {
     expect_error(Status::kInvalidArgument, "at least 3, got " + std::to_string(n),

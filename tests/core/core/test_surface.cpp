@@ -62,6 +62,7 @@ TEST(Surface, TakesWhatIsGood) {
   EXPECT_FALSE(make_surface(bare).has_normals());
 }
 
+// REQ-SURF-005
 TEST(Surface, NoPoint) {
   expect_refused(
       {}, [](Surface&) {}, "no point", Status::kInsufficientData);
@@ -69,6 +70,7 @@ TEST(Surface, NoPoint) {
       full_grid(), [](Surface& s) { s.points.setConstant(kNaN); }, "no point", Status::kInsufficientData);
 }
 
+// REQ-SURF-005
 TEST(Surface, TooManyPoints) {
   // Only the count is looked at first: the map below lends no memory.
   Surface s;
@@ -80,6 +82,7 @@ TEST(Surface, TooManyPoints) {
                [&] { make_surface(s); });  // and their product does not overflow
 }
 
+// REQ-SURF-002
 TEST(Surface, BadCoordinatesAreNamed) {
   for (double bad : {kNaN, kInf, -kInf, 1.1e5, -1e300}) {
     expect_refused(
@@ -96,6 +99,7 @@ TEST(Surface, BadCoordinatesAreNamed) {
   make_surface(at_the_limit);
 }
 
+// REQ-SURF-003
 TEST(Surface, AbsentGridPointsNeedNothing) {
   Surface s = full_grid();
   s.points.row(4).setConstant(kNaN);
@@ -108,6 +112,7 @@ TEST(Surface, AbsentGridPointsNeedNothing) {
   EXPECT_TRUE(made.present(3));
 }
 
+// REQ-SURF-004
 TEST(Surface, BadNormals) {
   expect_refused(
       full_cloud(), [](Surface& s) { s.normals(3, 2) = 1.01; }, "normals[3]: expected a unit vector");
@@ -125,6 +130,7 @@ TEST(Surface, BadNormals) {
   make_surface(unknown);
 }
 
+// REQ-SURF-004
 TEST(Surface, BadSigma) {
   for (double bad : {0.0, -0.1, kNaN, kInf, 1e6}) {
     expect_refused(
@@ -134,6 +140,7 @@ TEST(Surface, BadSigma) {
       full_grid(), [](Surface& s) { s.sigma.conservativeResize(3); }, "sigma_mm: expected one a point");
 }
 
+// REQ-SURF-004
 TEST(Surface, BadCovariance) {
   for (double bad : {kNaN, kInf, -kInf, 1e11}) {
     for (int k = 0; k < 6; ++k) {
@@ -184,6 +191,7 @@ TEST(Surface, CovarianceTestAgreesWithEigenvalues) {
   EXPECT_GT(bad, 500);
 }
 
+// REQ-SURF-004
 TEST(Surface, BadModes) {
   expect_refused(
       full_cloud(), [](Surface& s) { s.modes.assign(9, Points::Zero(6, 3)); }, "modes: expected at most 8, got 9");
@@ -193,6 +201,7 @@ TEST(Surface, BadModes) {
       full_cloud(), [](Surface& s) { s.modes[1](2, 0) = kNaN; }, "modes[1][2]");
 }
 
+// REQ-SURF-004
 TEST(Surface, BadFaces) {
   for (int bad : {-1, 6, std::numeric_limits<int>::max()}) {
     expect_refused(
@@ -277,6 +286,7 @@ TEST(Surface, SphereMeshNormals) {
 
 using Heights = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+// REQ-SURF-006
 TEST(HeightField, PlaneIsExactWhateverTheSignOfTheSpacing) {
   for (const Vec2& spacing : {Vec2(2, 3), Vec2(-2, 3), Vec2(2, -3)}) {
     Heights z(4, 5);

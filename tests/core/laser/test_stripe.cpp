@@ -73,6 +73,7 @@ double bound(const Scene& s) {
   return cosine * std::sqrt(2 * along / std::sqrt(kPi)) * s.noise / s.peak;
 }
 
+// REQ-LASER-001
 TEST(Stripe, GaussianReachesTheBound) {
   for (const double slope : {0.0, 30.0, 45.0, 60.0}) {
     Scene s;
@@ -91,6 +92,7 @@ TEST(Stripe, GaussianReachesTheBound) {
   }
 }
 
+// REQ-LASER-001
 TEST(Stripe, CentroidAndRidgeAreUnbiasedAndKnowTheirSigma) {
   for (const StripeMethod method : {StripeMethod::kCentroid, StripeMethod::kRidge}) {
     Scene s;
@@ -145,6 +147,7 @@ TEST(Stripe, ColumnsAndTypesAgree) {
   }
 }
 
+// REQ-DET-007
 TEST(Stripe, ResultDoesNotDependOnThreads) {
   const Rendered r = render({}, 3);
   ThreadPool pool(3);
@@ -177,6 +180,7 @@ TEST(Stripe, StrongestContinuousStripeWins) {
   }
 }
 
+// REQ-LASER-002
 TEST(Stripe, TwoLikeStripesAreAmbiguous) {
   Scene s;
   s.noise = 1;

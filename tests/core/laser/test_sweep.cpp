@@ -84,6 +84,7 @@ TEST(LaserJson, WritesBackAndKeepsOtherKeys) {
   expect_error(Status::kInvalidArgument, "'s'", [&] { laser_of(r, "t"); });
 }
 
+// REQ-LASER-005
 TEST(LaserJson, NamesWhatIsWrong) {
   const auto broken = [](const std::string& from, const std::string& to) {
     std::string text = kRig;
@@ -98,6 +99,7 @@ TEST(LaserJson, NamesWhatIsWrong) {
   expect_error(Status::kFormat, "angle_scale", [&] { laser_of(broken("1.01", "0"), "s"); });
 }
 
+// REQ-LASER-004
 TEST(PoseTrack, InterpolatesTheScrewAndNeverBeyond) {
   PoseTrack track;
   track.time = {1, 3};
@@ -135,6 +137,7 @@ std::vector<float> image_of_stripe(const Camera& camera, const LightPlane& plane
 }
 
 // The covariance of a point against the scatter of noisy images and readings; its modes against moved parameters.
+// REQ-LASER-003
 TEST(Column, CovarianceAndModesAreWhatNoiseDoes) {
   const Rig r = rig();
   const LaserUnit u = laser_of(r, "s");

@@ -62,6 +62,7 @@ TEST(NurbsBasis, FigureOfTheChapter) {
   expect(cubic, 1, {0, 0, 0, 0, 1});
 }
 
+// REQ-NURBS-006
 TEST(NurbsBasis, BadKnots) {
   const auto refuse = [](SplineBasis basis, int count, const std::string& words,
                          Status status = Status::kInvalidArgument) {
@@ -80,6 +81,7 @@ TEST(NurbsBasis, BadKnots) {
   refuse({25, {0, 1}}, 1, "degree 25", Status::kLimit);
 }
 
+// REQ-NURBS-001
 TEST(NurbsCurve, AgainstDeBoor) {
   Draw draw(2);
   double worst = 0;
@@ -132,6 +134,7 @@ std::array<long double, 3> difference(Function&& f, long double x, long double h
   return out;
 }
 
+// REQ-NURBS-002
 TEST(NurbsSurface, DerivativesAgainstDifferences) {
   Draw draw(4);
   double worst[6] = {};
@@ -190,6 +193,7 @@ TEST(NurbsSurface, HigherDerivativesAreDerivativesOfLowerOnes) {
   }
 }
 
+// REQ-DET-005
 TEST(NurbsEvaluator, SameBitsOnGridScatteredAndAnyThreads) {
   Draw draw(6);
   for (const bool rational : {false, true}) {
@@ -225,6 +229,7 @@ TEST(NurbsEvaluator, SameBitsOnGridScatteredAndAnyThreads) {
   }
 }
 
+// REQ-NURBS-001
 TEST(NurbsSurface, WorkedExampleOfTheBook) {  // S(5/2, 1) = (2, 98/27, 68/27)
   NurbsSurface s{
       {{2, {0, 0, 0, 1, 2, 3, 4, 4, 5, 5, 5}}, {2, {0, 0, 0, 1, 2, 3, 3, 3}}}, Points(40, 3), Eigen::VectorXd(40)};
@@ -243,6 +248,7 @@ TEST(NurbsSurface, WorkedExampleOfTheBook) {  // S(5/2, 1) = (2, 98/27, 68/27)
   EXPECT_LT((evaluate(make_nurbs_surface(s), 2.5, 1) - Vec3(2, 98. / 27, 68. / 27)).norm(), 1e-14);
 }
 
+// REQ-NURBS-006
 TEST(NurbsSurface, BadControlPoints) {
   Draw draw(7);
   NurbsSurface s = test::draw_surface(draw, 2, 2, 4, 4, true, true);

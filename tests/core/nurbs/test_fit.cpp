@@ -119,6 +119,7 @@ TEST(FitSystem, BendingEnergyOfAQuadraticIsItsIntegral) {
 
 // ------------------------------------------------------------------------------------------------------------ planes
 
+// REQ-FIT-001
 TEST(Fit, PlanesComeBackWhateverTheSmoothing) {
   const Surface s = field(400, 0, 3, [](double x, double y) { return 3 + 0.4 * x - 0.7 * y; });
   for (const double lambda : {1e-6, 1.0, 1e6, 1e12}) {
@@ -248,6 +249,7 @@ TEST(Fit, ANoseTipKeepsItsHeight) {
 // --------------------------------------------------------------------------------------------------------- posterior
 
 // Errors over 50 draws of the noise against the predicted covariance of point, normal and derivatives.
+// REQ-FIT-002
 TEST(Fit, SampledErrorsAgreeWithThePosterior) {
   constexpr int kDraws = 50, kSide = 6;
   double height = 0, normal2 = 0, slope = 0, bend = 0;
@@ -305,6 +307,7 @@ TEST(Fit, GivenSigmaWeighsThePoints) {
   EXPECT_LT(a, b);
 }
 
+// REQ-FIT-003
 TEST(Fit, AHoleIsExtrapolatedAndSaysSo) {
   Surface all = field(6000, 0.2, 4, wave);
   std::vector<Vec3> points;
@@ -347,6 +350,7 @@ TEST(Fit, AnOrganisedGridKeepsItsParameters) {
   EXPECT_TRUE(std::isnan(fit.residual(80 * 30 + 20)));
 }
 
+// REQ-DET-005
 TEST(Fit, TheSameBitsAtAnyNumberOfThreads) {
   const test::Body body = test::head();
   const test::Scan scan = test::scan(body, test::head_skin(body, 3, 1.2, 0), 0.3, 0.05, 0.1, 15, 1);
@@ -374,6 +378,7 @@ TEST(Fit, SmoothingByCrossValidationAgreesRoughly) {
 
 // ---------------------------------------------------------------------------------------------------------- nonsense
 
+// REQ-FIT-004
 TEST(Fit, RefusesWhatCannotBeFitted) {
   std::vector<Vec3> line, same(100, Vec3(1, 2, 3)), few;
   for (int i = 0; i < 100; ++i) line.emplace_back(i, 2 * i, -i);

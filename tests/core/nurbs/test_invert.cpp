@@ -14,6 +14,7 @@ namespace {
 using test::Draw;
 using test::expect_error;
 
+// REQ-NURBS-004
 TEST(NurbsClosest, CurveAndSurfaceAgainstBruteForce) {
   Draw draw(21);
   for (int trial = 0; trial < 12; ++trial) {
@@ -71,6 +72,7 @@ TEST(NurbsClosest, InvertsAndKnowsQuadrics) {
   EXPECT_LT(centre.gap, 1);
 }
 
+// REQ-NURBS-005
 TEST(NurbsMesh, LiesWithinItsChordError) {
   Draw draw(23);
   for (const double chord : {1.0, 0.05}) {
@@ -170,6 +172,7 @@ TEST(NurbsChapter, FlattensACapByItsRule) {
   expect_error(Status::kInvalidArgument, "without order", [&] { chapter_surface(cloud, 3, 3); });
 }
 
+// REQ-NURBS-007
 TEST(NurbsJson, RoundTripsBitForBit) {
   Draw draw(26);
   const NurbsSurface s = test::draw_surface(draw, 3, 2, 6, 5, false, true);

@@ -40,6 +40,7 @@ double furthest(const NurbsSurface& a, const NurbsSurface& b) {
 
 constexpr double kSame = 100 * 1e-12;  // points are within 100 mm
 
+// REQ-NURBS-003
 TEST(NurbsTools, RefineElevateAndDecomposeKeepTheCurve) {
   Draw draw(11);
   for (int trial = 0; trial < 150; ++trial) {
@@ -98,6 +99,7 @@ TEST(NurbsTools, RemovalAndReductionUndoWhatWasAdded) {
   }
 }
 
+// REQ-NURBS-003
 TEST(NurbsTools, BoundsOfRemovalAndReductionHold) {
   Draw draw(14);
   for (int trial = 0; trial < 60; ++trial) {

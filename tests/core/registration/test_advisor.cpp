@@ -17,6 +17,7 @@ Roi square(double x, double y, double half) {
   return roi_from_polygon({{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}});
 }
 
+// REQ-ICP-010
 TEST(Advisor, RanksAsRegistrationsErr) {
   Draw draw(1);
   const Surface reference = sample(torso, 6000, 0.3, draw);

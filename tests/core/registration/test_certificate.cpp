@@ -47,6 +47,7 @@ void expect_honest(const Spread& s, int trials) {
   EXPECT_LT(s.ratio.maxCoeff(), 1.2);
 }
 
+// REQ-ICP-002
 TEST(Certificate, CovarianceIsAsSampled) {
   expect_honest(spread_of(2000, 0.3, 0.3, true, 200, 1), 200);
 }
@@ -79,6 +80,7 @@ std::vector<std::string> words_of_free(const IcpResult& r) {
 class Noise : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(Certificate, Noise, testing::Values(0.0, 0.05, 0.3, 1.0));
 
+// REQ-ICP-003
 TEST_P(Noise, APlaneSlidesAndTurns) {
   for (unsigned seed = 1; seed < 6; ++seed) {
     EXPECT_EQ(words_of_free(degenerate(plane, GetParam(), seed)),
@@ -86,6 +88,7 @@ TEST_P(Noise, APlaneSlidesAndTurns) {
   }
 }
 
+// REQ-ICP-003
 TEST_P(Noise, ASphereTurnsAboutItsCentre) {
   for (unsigned seed = 1; seed < 6; ++seed) {
     const IcpResult r = degenerate(sphere, GetParam(), seed);
@@ -99,6 +102,7 @@ TEST_P(Noise, ASphereTurnsAboutItsCentre) {
   }
 }
 
+// REQ-ICP-003
 TEST_P(Noise, ACylinderSlidesAndRolls) {
   for (unsigned seed = 1; seed < 6; ++seed) {
     const std::vector<std::string> words = words_of_free(degenerate(cylinder, GetParam(), seed));
@@ -108,6 +112,7 @@ TEST_P(Noise, ACylinderSlidesAndRolls) {
   }
 }
 
+// REQ-ICP-003
 TEST_P(Noise, AConeAndASurfaceOfRevolutionTurn) {
   const Shape cone = [](double u, double v) {
     const double a = kPi * (0.1 + 0.8 * u), y = -150 + 300 * v, r = 60 + 0.2 * (y + 150);
@@ -158,6 +163,7 @@ TEST(Certificate, SharedErrorModesArePartOfIt) {
 }
 
 // One cause that moves both surfaces alike moves no pose; with another name it does.
+// REQ-ICP-009
 TEST(Certificate, ModesOfOneNameCancel) {
   Draw draw(8);
   Surface reference = sample(torso, 3000, 0.2, draw), live = sample(torso, 3000, 0.2, draw);
@@ -194,6 +200,7 @@ TEST(Certificate, DirectionsAreTheCovariances) {
   EXPECT_GE(r.directions[0].sigma, r.directions[5].sigma);
 }
 
+// REQ-ICP-010
 TEST(Certificate, APromiseIsKept) {
   Draw draw(10);
   const Surface reference = sample(torso, 4000, 0.2, draw);

@@ -22,6 +22,7 @@ IcpResult run(const Surface& reference, const Surface& live) {
   return align(kSilent, reference, live, kIso, nullptr, {}, o);
 }
 
+// REQ-COARSE-001
 TEST(Coarse, FromAnywhere) {
   Draw draw(1);
   for (int i = 0; i < 8; ++i) {
@@ -49,6 +50,7 @@ TEST(Coarse, ASphereIsDegenerateAndNamed) {
 }
 
 // A saddle that half a turn about the vertical lays on itself.
+// REQ-COARSE-002
 TEST(Coarse, TwoAnswersAreNone) {
   const Shape saddle = [](double u, double v) {
     const double x = 300 * u - 150, y = 400 * v - 200;
@@ -61,6 +63,7 @@ TEST(Coarse, TwoAnswersAreNone) {
   EXPECT_TRUE(std::isnan(r.reference_from_live.t[0]));
 }
 
+// REQ-COARSE-001
 TEST(Coarse, AnotherBodyIsNotFoundOrWeak) {
   Draw draw(4);
   const Shape bowl = [](double u, double v) {
@@ -71,6 +74,7 @@ TEST(Coarse, AnotherBodyIsNotFoundOrWeak) {
   EXPECT_FALSE(r.status == Status::kOk && r.verdict == Verdict::kOk) << r.verdict_words;
 }
 
+// REQ-DET-003
 TEST(Coarse, SameBitsAtAnyNumberOfThreads) {
   Draw draw(5);
   const Surface reference = sample(torso, 2000, 0.2, draw),

@@ -66,6 +66,7 @@ Outcome trial(const Bump& bump, double noise, Draw& draw, DeformMode mode = Defo
   return out;
 }
 
+// REQ-DEFORM-001
 TEST(Deform, ABreathOrAnExpressionDoesNotMoveTheIsocentre) {
   Draw draw(1);
   double worst = 0, rigid = 0;
@@ -93,6 +94,7 @@ TEST(Deform, WithoutADeformationItIsTheRigidAnswer) {
   EXPECT_EQ(o.result.scale, 1);
 }
 
+// REQ-DEFORM-002
 TEST(Deform, SaysThatItCannotTell) {
   Draw draw(3);
   // Most of the body swells: what stays is a rim.

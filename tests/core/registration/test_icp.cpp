@@ -55,6 +55,7 @@ void expect_no_pose(const IcpResult& r, Status status, const std::string& words)
   EXPECT_TRUE(std::isnan(r.rms));
 }
 
+// REQ-ICP-001
 TEST(Icp, FindsWhatWasMoved) {
   const Scene s = scene(torso, 5000, 0, 15, 3, 1);
   const IcpResult r = run(s);
@@ -78,6 +79,7 @@ TEST(Icp, TheSamePointsComeBackWithinTheSmoothing) {
   EXPECT_LT(error_deg(r, s.D), 0.002);
 }
 
+// REQ-ICP-001
 TEST(Icp, NoiseOfATorso) {
   for (unsigned seed = 3; seed < 6; ++seed) {
     const Scene s = scene(torso, 20000, 0.3, 15, 3, seed);
@@ -115,6 +117,7 @@ TEST(Icp, InitialGuessBeyondTheCaptureRange) {
   EXPECT_LT(error_mm(found, D), 0.1);
 }
 
+// REQ-ICP-004
 TEST(Icp, AWrongMinimumIsNeverOk) {
   for (int axis = 0; axis < 3; ++axis) {
     for (const double deg : {60.0, -60.0, 90.0, 120.0, 180.0}) {
@@ -129,6 +132,7 @@ TEST(Icp, AWrongMinimumIsNeverOk) {
   }
 }
 
+// REQ-ICP-006
 TEST(Icp, GarbageHolesAndACouch) {
   Scene s = scene(torso, 6000, 0.2, 12, 2, 10);
   Draw draw(11);
@@ -167,6 +171,7 @@ Surface only(const Surface& s, Keep&& keep) {
   return out;
 }
 
+// REQ-ICP-011
 TEST(Icp, PartialOverlapIsFoundAndSaid) {
   Scene s = scene(torso, 16000, 0.2, 10, 2, 12);
   s.reference = only(s.reference, [](const Vec3& x) { return x[1] < 50; });
@@ -218,6 +223,7 @@ TEST(Icp, DistanceMapAtThePose) {
   EXPECT_LT(std::sqrt(r.distance.array().isNaN().select(0, r.distance).squaredNorm() / 4000), 0.15);
 }
 
+// REQ-ICP-005
 TEST(Icp, StatusesWithoutAPose) {
   const Scene s = scene(torso, 2000, 0.2, 5, 1, 16);
   Scene t = s;
@@ -270,6 +276,7 @@ TEST(Icp, FromThirtyMillimetresAndTwentyDegrees) {
   }
 }
 
+// REQ-ICP-008
 TEST(Icp, APreparedReferenceGivesTheSame) {
   const Scene s = scene(torso, 4000, 0.2, 10, 2, 30);
   const auto reference = prepare_reference(kSilent, s.reference, nullptr);
@@ -295,6 +302,7 @@ TEST(Icp, InsideOutAndMetresAreSaid) {
   expect_no_pose(run(t), Status::kNotFound, "are they in metres?");
 }
 
+// REQ-ICP-004
 TEST(Icp, AMirroredSurfaceIsNeverOk) {
   Scene s = scene(torso, 4000, 0.2, 5, 1, 32);
   s.live.points.col(0) *= -1;
@@ -358,6 +366,7 @@ TEST(Icp, NoiseThatIsNone) {
 }
 
 // Turned by half a turn the skin may come to rest on itself with residuals of millimetres: that is no match.
+// REQ-ICP-004
 TEST(Icp, WhatDoesNotMatchIsNotFound) {
   for (int axis = 0; axis < 3; ++axis) {
     Scene s = scene(torso, 4000, 0.2, 0, 0, 9);
@@ -367,6 +376,7 @@ TEST(Icp, WhatDoesNotMatchIsNotFound) {
   }
 }
 
+// REQ-DET-002
 TEST(Icp, SameBitsAtAnyNumberOfThreads) {
   const Scene s = scene(torso, 6000, 0.3, 15, 3, 18);
   const IcpResult one = run(s);
@@ -384,6 +394,7 @@ TEST(Icp, SameBitsAtAnyNumberOfThreads) {
   }
 }
 
+// REQ-CTX-002
 TEST(Icp, CancelIsObeyed) {
   const Scene s = scene(torso, 3000, 0.3, 15, 3, 19);
   int calls = 0;

@@ -51,6 +51,7 @@ TEST(LandmarkFit, ExactAfterAnyMotion) {
   }
 }
 
+// REQ-COARSE-003
 TEST(LandmarkFit, CovarianceIsThatOfTheErrors) {
   Draw draw(2);
   const LandmarkSet reference = face();
@@ -130,6 +131,7 @@ TEST(LandmarkFit, Refuses) {
 }
 
 // Half of the body moved one way, half another.
+// REQ-COARSE-002
 TEST(LandmarkFit, RefusesTwoMotions) {
   Draw draw(5);
   const LandmarkSet reference = face();

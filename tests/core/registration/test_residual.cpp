@@ -49,6 +49,7 @@ constexpr Residual kResiduals[] = {Residual::kPlane, Residual::kPointSvd, Residu
                                    Residual::kSymmetric};
 constexpr Kernel kKernels[] = {Kernel::kAuto, Kernel::kNone, Kernel::kTukey, Kernel::kWelsch};
 
+// REQ-ICP-007
 TEST(Residual, EachWithEachKernelFindsTheTruth) {
   const Scene s = scene(0.1, 1);
   for (const Residual residual : kResiduals) {

@@ -63,6 +63,7 @@ TEST(Camera, DistortIsOpenCvsFormula) {
   }
 }
 
+// REQ-RIG-007
 TEST(Camera, RoundTripOverTheWholeImage) {
   for (const Camera& camera : real_lenses()) {
     const Camera c = make_camera(camera);
@@ -107,6 +108,7 @@ void expect_jacobian(const F& f, const Eigen::VectorXd& x, const Eigen::MatrixXd
   }
 }
 
+// REQ-RIG-008
 TEST(Camera, Jacobians) {
   Draw draw(3);
   for (const Camera& camera : real_lenses()) {
@@ -133,6 +135,7 @@ TEST(Camera, Jacobians) {
   }
 }
 
+// REQ-RIG-006
 TEST(Camera, NoPixelIsNaN) {
   for (const Camera& camera : real_lenses()) {
     const Camera c = make_camera(camera);
@@ -207,6 +210,7 @@ TEST(Camera, FoldBySampling) {
   EXPECT_GT(folding, 75);
 }
 
+// REQ-RIG-006
 TEST(Camera, AFoldInsideTheImageIsRefused) {
   expect_error(Status::kFormat, "distortion: folds inside the image", [] {
     make_camera(lens("c", 1280, 1024, 600, 640, 512, 5, {-0.4, 0, 0, 0, 0}));

@@ -95,6 +95,7 @@ TEST(RigJson, NotJson) {
     expect_error(Status::kFormat, "out of range", [&] { read(text); });
 }
 
+// REQ-RIG-003
 TEST(RigJson, Limits) {
   std::string deep = with(kRig, "\"by hand\"", std::string(14, '[') + std::string(14, ']'));
   EXPECT_NO_THROW(read(deep));  // 2 + 14
@@ -124,6 +125,7 @@ TEST(RigJson, KeysStandOnce) {
   expect_refused("\"note\": \"upper\"", "\"note\": 1, \"note\": 1", "the key 'note' stands twice");
 }
 
+// REQ-RIG-001
 TEST(RigJson, EachFieldIsNamed) {
   expect_refused("sgrt-rig/1", "sgrt-rig/2", "schema: expected 'sgrt-rig/1', got 'sgrt-rig/2'");
   expect_refused("\"schema\": \"sgrt-rig/1\",", "", "schema: missing");
@@ -185,6 +187,7 @@ TEST(RigJson, UnchangedTheTextStays) {
   EXPECT_EQ(rig_to_json(rig), kRig);
 }
 
+// REQ-RIG-002
 TEST(RigJson, AChangedRigKeepsWhatItDoesNotKnow) {
   Rig rig = read(kRig);
   rig.cameras[1].fx = std::nextafter(2400, 3000);
@@ -206,6 +209,7 @@ TEST(RigJson, AChangedRigKeepsWhatItDoesNotKnow) {
   EXPECT_LT(text.find("schema"), text.find("cameras"));  // in the order that was read
 }
 
+// REQ-RIG-002
 TEST(RigJson, NumbersToTheLastBit) {
   Draw draw(1);
   for (int repeat = 0; repeat < 200; ++repeat) {
@@ -252,6 +256,7 @@ TEST(RigJson, ARigThatCouldNotBeReadIsNotWritten) {
 }
 
 // Numbers are read alike where the decimal point is a comma (locales that the machine lacks are left out).
+// REQ-RIG-005
 TEST(RigJson, AnyLocale) {
   const std::string before = std::setlocale(LC_ALL, nullptr);
   int tried = 0;
@@ -268,6 +273,7 @@ TEST(RigJson, AnyLocale) {
 }
 
 // nlohmann-json hands over a number as it read it, the locale's decimal point in place of the point.
+// REQ-RIG-005
 TEST(RigJson, CommaOfALocale) {
   for (const char* token : {"2412,75",
                             "2412\xd9"
@@ -280,6 +286,7 @@ TEST(RigJson, CommaOfALocale) {
 }
 
 // Bytes changed, cut, doubled at random: a rig or an Error, nothing else, and one line of ASCII.
+// REQ-RIG-004
 TEST(RigJson, MutatedBytes) {
   Draw draw(2);
   int good = 0, bad = 0;

@@ -140,6 +140,7 @@ TEST(ShapeCurvature, NoiseAndItsPrediction) {
 }
 
 // At a fixed radius nothing but noise: every sigma within 20 %.
+// REQ-CURV-002
 TEST(ShapeCurvature, SigmasAsSampled) {
   Draw draw(12);
   const int side = 41;
@@ -169,6 +170,7 @@ TEST(ShapeCurvature, SigmasAsSampled) {
   for (int k = 0; k < 5; ++k) EXPECT_NEAR(std::sqrt(sum[k] / predicted[k]), 1, 0.2) << k;
 }
 
+// REQ-DET-006
 TEST(ShapeCurvature, SameBitsAtAnyThreadsAndIsa) {
   Draw draw(13);
   Surface s = sphere(15, 1.2);
@@ -183,6 +185,7 @@ TEST(ShapeCurvature, SameBitsAtAnyThreadsAndIsa) {
   EXPECT_TRUE((one.sigma_k1.array() == other.sigma_k1.array() || one.sigma_k1.array().isNaN()).all());
 }
 
+// REQ-CURV-003
 TEST(ShapeCurvature, ReasonsWhy) {
   const int side = 31;
   Wave w = wave(side, 1, false, true);

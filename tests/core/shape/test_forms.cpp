@@ -108,6 +108,7 @@ void expect_everywhere(NurbsSurface surface, double (*k1)(const Vec3&), double (
   }
 }
 
+// REQ-CURV-001
 TEST(ShapeForms, NurbsSphereCylinderTorusExact) {
   const auto tenth = [](const Vec3&) { return 0.1; };
   const auto zero = [](const Vec3&) { return 0.0; };

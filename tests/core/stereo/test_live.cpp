@@ -97,6 +97,7 @@ TEST(Live, OnlyTheRegion) {
 }
 
 // What has moved beyond the band is told, a wrong prior finds nothing or the truth.
+// REQ-STEREO-006
 TEST(Live, APriorNeverMakesASurface) {
   const Pair pair;
   StereoMatcher matcher = pair.matcher();

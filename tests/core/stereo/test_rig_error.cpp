@@ -94,6 +94,7 @@ TEST(RigError, ModesMovePointsAsTheCalibrationThatTheyStandFor) {
   }
 }
 
+// REQ-STEREO-009
 TEST(RigError, CalibrationsDrawnAnewScatterAsModesAndCovarianceSay) {
   const Matched m;
   const Surface &s = *m.result->surface, &sure = *m.sure->surface;

@@ -52,6 +52,7 @@ Errors errors_of(const StereoResult& result, const Scene& scene) {
   return e;
 }
 
+// REQ-STEREO-001
 TEST(Stereo, PlaneWithoutNoiseIsFoundToMicrons) {
   const Rig rig = small_rig();
   const Scene plane{0, 0.3};
@@ -77,6 +78,7 @@ TEST(Stereo, SphereAndUnlikeGainWithNoise) {
 }
 
 // The predicted sigma is the sampled one: chi^2 a point is 1 over many noise draws.
+// REQ-STEREO-002
 TEST(Stereo, SigmaIsHonest) {
   const Rig rig = small_rig();
   const Scene plane{0, 0.1};
@@ -97,6 +99,7 @@ TEST(Stereo, SigmaIsHonest) {
   }
 }
 
+// REQ-DET-004
 TEST(Stereo, SameBitsAtAnyThreadCountAndInstructionSet) {
   const Rig rig = small_rig();
   const Capture c = capture(rig, Scene{150, 0}, 2, 3);
@@ -120,6 +123,7 @@ TEST(Stereo, SameBitsAtAnyThreadCountAndInstructionSet) {
   }
 }
 
+// REQ-STEREO-003
 TEST(Stereo, EveryGridPointHasAReasonAndTheySum) {
   const Rig rig = small_rig();
   const auto result = run_stereo(rig, capture(rig, Scene{60, 0}, 1, 4));
@@ -172,6 +176,7 @@ TEST(Stereo, WhatStandsBehindIsOccluded) {
   EXPECT_LT(wrong, hidden / 10);
 }
 
+// REQ-STEREO-004
 TEST(Stereo, BlankUnrelatedAndSaturatedImagesGiveNoPoint) {
   const Rig rig = small_rig();
   const std::size_t n = static_cast<std::size_t>(320) * 240;

@@ -24,6 +24,7 @@ Surface cap(Draw& draw) {
   return s;
 }
 
+// REQ-SURF-011
 TEST(Distance, SphereIsRightBetweenItsSamples) {
   Draw draw(1);
   const Surface estimated = estimate_normals(kSilent, cap(draw), {});
@@ -53,6 +54,7 @@ TEST(Distance, IsTakenAtThePose) {
   EXPECT_LT((found.array() + 4).abs().maxCoeff(), 1e-6);
 }
 
+// REQ-SURF-011
 TEST(Distance, NothingPastTheBorderOrTooFar) {
   Draw draw(3);
   const Surface reference = estimate_normals(kSilent, sample(plane, 13000, 0, draw), {});  // 3 mm apart

@@ -41,6 +41,7 @@ double step(double x, double /*y*/) {
   return x < 0 ? 0 : 5;
 }
 
+// REQ-SURF-013
 TEST(Filter, NoiseFallsAsPredictedOnACurvedSurface) {
   Draw draw(1);
   const Surface noisy = grid_of(60, 60, 0.3, draw, dome);
@@ -81,6 +82,7 @@ TEST(Filter, NormalsOfTheQuadricAreBetter) {
   EXPECT_LT(std::sqrt(after), 0.5 * std::sqrt(before));
 }
 
+// REQ-SURF-013
 TEST(Filter, AnEdgeStaysSharp) {
   Draw draw(3);
   Surface s = grid_of(40, 40, 0, draw, step);
@@ -96,6 +98,7 @@ TEST(Filter, AnEdgeStaysSharp) {
   EXPECT_EQ(f.count[static_cast<std::size_t>(FilterReason::kOutlier)], 0);
 }
 
+// REQ-SURF-014
 TEST(Filter, OutliersGoAndHolesStay) {
   Draw draw(4);
   Surface s = grid_of(40, 40, 0.1, draw, dome);
@@ -192,6 +195,7 @@ TEST(Filter, RoughnessStandsForAMissingSigma) {
   EXPECT_EQ(f.surface.sigma.size(), s.size());
 }
 
+// REQ-DET-009
 TEST(Filter, SameBitsAtAnyThreadCount) {
   Draw draw(11);
   const Surface s = grid_of(60, 60, 0.3, draw, dome);

@@ -24,6 +24,7 @@ Surface patch(double x0, double z, double sigma) {
   return s;
 }
 
+// REQ-SURF-009
 TEST(Fuse, OverlapMovesByInverseVariances) {
   Surface a = patch(0, 0, 0.1), b = patch(50, 0.5, 0.2);
   b.correlation_points = 100;  // so that a blend is no better than a point
@@ -50,6 +51,7 @@ TEST(Fuse, OverlapMovesByInverseVariances) {
   for (const int n : columns) EXPECT_GE(n, 51);
 }
 
+// REQ-SURF-010
 TEST(Fuse, DisagreementOfNoiseIsAsPredicted) {
   Draw draw(1);
   for (const double sigma_b : {0.1, 0.4}) {
@@ -65,6 +67,7 @@ TEST(Fuse, DisagreementOfNoiseIsAsPredicted) {
   }
 }
 
+// REQ-SURF-009
 TEST(Fuse, CovarianceShrinksAlongTheNormalOnly) {
   Surface a = patch(0, 0, 0), b = patch(0, 0, 0);
   a.covariance = Covariances::Zero(a.size(), 6);

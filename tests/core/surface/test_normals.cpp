@@ -19,6 +19,7 @@ double worst_angle_on_sphere(const Surface& s, const Vec3& centre) {
   return worst;
 }
 
+// REQ-SURF-007
 TEST(Normals, PlaneIsExact) {
   Draw draw(1);
   const Pose T = displacement(50, 70, Vec3(1, 2, 3), draw);
@@ -26,6 +27,7 @@ TEST(Normals, PlaneIsExact) {
   for (std::int64_t i = 0; i < s.size(); ++i) EXPECT_LT((s.normal(i) - T.R.col(2)).norm(), 1e-7);
 }
 
+// REQ-SURF-007
 TEST(Normals, SphereToSecondOrderUpToItsBorder) {
   Draw draw(2);
   // 2,800 points on a cap of radius 100: 4.5 mm apart. A plane fit leans by 0.1 rad at the border.
@@ -55,6 +57,7 @@ TEST(Normals, GridKeepsItsHoles) {
   EXPECT_NEAR(s.normal(78).norm(), 1, 1e-12);
 }
 
+// REQ-SURF-008
 TEST(Normals, LinesAndLonelyPointsHaveNone) {
   Surface line;
   line.points = Points::Zero(40, 3);

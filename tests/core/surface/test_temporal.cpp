@@ -37,6 +37,7 @@ std::int64_t count_of(const TemporalFilter& f, TemporalState state) {
   return f.counts()[static_cast<std::size_t>(state)];
 }
 
+// REQ-SURF-015
 TEST(Temporal, NoiseFallsAsPredicted) {
   Draw draw(1);
   TemporalFilter f({4, 0});
@@ -68,6 +69,7 @@ TEST(Temporal, SigmaIsHonestWhereSkinWanders) {
   EXPECT_LT(out->sigma.mean(), 0.18);
 }
 
+// REQ-SURF-015
 TEST(Temporal, AShiftOfHalfASigmaIsSeenByThePatch) {
   Draw draw(3);
   TemporalFilter f({});
@@ -130,6 +132,7 @@ TEST(Temporal, APointWithoutNormalPasses) {
   }
 }
 
+// REQ-DET-009
 TEST(Temporal, SameBitsAtAnyThreadCountAndNothingWrittenUnderAHolder) {
   Draw draw(8);
   std::vector<Surface> frames;

@@ -19,6 +19,7 @@ std::function<Light(int, int, int, int)> still(const std::function<Light(int y, 
   return [scene](int, int, int y, int x) { return scene(y, x); };
 }
 
+// REQ-TOF-001
 TEST(Tof, AnyTapsInAnyOrderGiveTheRange) {
   const std::vector<std::vector<double>> all = {
       kQuarters,
@@ -64,6 +65,7 @@ TEST(Tof, TheChaptersSpeedIsExactlyItsOwn) {
 }
 
 // Eq. 5 for any taps, and the law of four.
+// REQ-TOF-002
 TEST(Tof, SigmaIsWhatNoiseGives) {
   Draw draw(1);
   for (const std::vector<double>& phases :
@@ -83,6 +85,7 @@ TEST(Tof, SigmaIsWhatNoiseGives) {
   }
 }
 
+// REQ-DET-007
 TEST(Tof, BothInstructionSetsGiveTheSameBits) {
   if (detect_isa() != Isa::kAvx2) GTEST_SKIP() << "this machine has no AVX2";
   Draw draw(2);
@@ -99,6 +102,7 @@ TEST(Tof, BothInstructionSetsGiveTheSameBits) {
   }
 }
 
+// REQ-TOF-003
 TEST(Tof, FlagsNameWhatIsWrong) {
   const Rig rig = tof_rig(16, 9);
   Frames frames = frames_of(rig, 1, [](int, int tap, int y, int x) {
@@ -142,6 +146,7 @@ TEST(Tof, TheWindowDecides) {
   }
 }
 
+// REQ-TOF-003
 TEST(Tof, PixelsBetweenTwoSurfacesFly) {
   const Rig rig = tof_rig(40, 30);
   const auto scene = [](int, int, int, int x) {  // a mixed column between a body and a wall; a steep body left of it

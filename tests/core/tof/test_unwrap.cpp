@@ -63,6 +63,7 @@ TEST(Unwrap, ARangeOutsideTheWindowIsInDoubt) {
   for (int x = 0; x < 16; ++x) EXPECT_EQ((r->flags[static_cast<std::size_t>(x)] & kernels::kWrapped) != 0, x >= 8) << x;
 }
 
+// REQ-TOF-004
 TEST(Unwrap, AWindowOfTwoWavesIsInDoubtThroughout) {
   const Rig rig = tof_rig(16, 2, {60e6, 80e6});
   TofOptions o;

@@ -31,6 +31,7 @@ TEST(Beam, TolerancesOfTheProfiles) {
   test::expect_error(Status::kInvalidArgument, "profile: 7", [] { tolerance_of(static_cast<Profile>(7)); });
 }
 
+// REQ-TRACK-001
 TEST(Beam, HoldsUntilItKnows) {
   Beam beam(conventional());
   EXPECT_FALSE(beam.on());
@@ -39,6 +40,7 @@ TEST(Beam, HoldsUntilItKnows) {
   EXPECT_EQ(beam.why(), 0);
 }
 
+// REQ-TRACK-002
 TEST(Beam, WhatIsNotANumberHolds) {
   for (const Measured& m :
        {at(0, kNaN), at(0, 0, kNaN), Measured{0, false, false, 0, 0, 0}, Measured{0, true, true, 0, 0, 0}}) {
@@ -56,6 +58,7 @@ TEST(Beam, WhatIsNotANumberHolds) {
 }
 
 // Noise of 0.1 mm about the tolerance does not make it flicker.
+// REQ-TRACK-004
 TEST(Beam, DoesNotFlicker) {
   Beam beam(conventional());
   test::Draw draw(5);
@@ -73,6 +76,7 @@ TEST(Beam, DoesNotFlicker) {
   EXPECT_TRUE(beam.take(at(1000, 1.6)));
 }
 
+// REQ-TRACK-004
 TEST(Beam, ReturnsOnlyAfterAWhile) {
   BeamOptions o = conventional();
   o.resume = 1;
@@ -88,6 +92,7 @@ TEST(Beam, ReturnsOnlyAfterAWhile) {
   EXPECT_TRUE(beam.take(at(3.2, 1.9)));  // on: only the tolerance counts
 }
 
+// REQ-TRACK-001
 TEST(Beam, NamesAllThatIsWrong) {
   BeamOptions o = conventional();
   o.gated = true;

@@ -46,6 +46,7 @@ TEST(Tracker, FollowsAndTellsTheDrift) {
 }
 
 // Gone, and back far from where he was: found by the search anywhere, which runs once a second at most.
+// REQ-TRACK-005
 TEST(Tracker, FindsAPatientWhoCameBackElsewhere) {
   Draw draw(5);
   const auto reference = torso_surface(5000, 0.1, draw);
@@ -76,6 +77,7 @@ TEST(Tracker, FindsAPatientWhoCameBackElsewhere) {
   }
 }
 
+// REQ-TRACK-003
 TEST(Tracker, ACancelledFrameHoldsTheBeam) {
   Draw draw(2);
   Tracker tracker(kSilent, torso_surface(4000, 0.1, draw), kIso, nullptr, nullptr, TrackerOptions{});
@@ -107,6 +109,7 @@ TEST(Tracker, Nonsense) {
 }
 
 // The amplitude of a lifted patch, many times: unbiased, and as uncertain as it says.
+// REQ-TRACK-007
 TEST(Breathing, AmplitudeAndItsSigma) {
   Draw draw(4);
   const auto reference = torso_surface(6000, 0.02, draw);

@@ -39,6 +39,7 @@ LatticeMesh random_mesh(int seed, int n) {
   });
 }
 
+// REQ-VOL-003
 TEST(MarchingCubes, MeshOfNoiseIsClosed) {
   // Each half edge has its opposite, exactly once: no hole, no flipped face, at any pattern of nodes.
   const LatticeMesh mesh = random_mesh(1, 12);

@@ -78,6 +78,7 @@ Errors errors_of(const Skin& skin, Distance&& distance) {
 
 const auto ball = [](const Vec3& x) { return (x - Vec3(1.3, -2.1, 0.7)).norm() - 28; };
 
+// REQ-VOL-001
 TEST(Skin, OfABallToAFractionOfAVoxel) {
   const Ct ct = Ct().fill(ball);
   const Skin skin = skin_of_volume(kSilent, ct.view(), {});
@@ -94,6 +95,7 @@ TEST(Skin, OfABallToAFractionOfAVoxel) {
   }
 }
 
+// REQ-VOL-001
 TEST(Skin, ObliqueAndMirroredVolumesGiveTheSameSkin) {
   Ct ct;
   ct.spacing = Vec3(1.2, 1.0, 2.5);
@@ -115,6 +117,7 @@ TEST(Skin, ThresholdInsideTheSkinIsPredicted) {
   EXPECT_NEAR(e.mean, e.expected, 0.05);
 }
 
+// REQ-DET-008
 TEST(Skin, SameBitsAtAnyThreadCount) {
   const Ct ct = Ct().fill(ball);
   const Skin one = skin_of_volume(kSilent, ct.view(), {});
@@ -140,6 +143,7 @@ Ct coarse() {
   return ct;
 }
 
+// REQ-VOL-002
 TEST(Skin, CouchIsRemovedAndItsContactFlagged) {
   const Ct ct = coarse().fill([](const Vec3& x) { return std::min(limb(x), couch_below(x)); });
   SkinOptions options;
@@ -162,6 +166,7 @@ TEST(Skin, CouchIsRemovedAndItsContactFlagged) {
   }
 }
 
+// REQ-VOL-002
 TEST(Skin, WithoutACouchNothingIsCutAway) {
   const Ct ct = coarse().fill(limb);
   SkinOptions options;
@@ -229,6 +234,7 @@ TEST(Contours, SurfaceGoesThroughThem) {
   }
 }
 
+// REQ-VOL-004
 TEST(Contours, LegsBranchAndHolesStay) {
   std::vector<Points> contours;
   for (int k = 0; k < 10; ++k) {
@@ -245,6 +251,7 @@ TEST(Contours, LegsBranchAndHolesStay) {
   EXPECT_LT(body.skin.volume, legs + trunk + M_PI * 46 * 46 * 5);
 }
 
+// REQ-VOL-004
 TEST(Contours, AnyPlaneAndAnyOrder) {
   std::vector<Points> flat, turned;
   const Mat3 R = so3_exp(Vec3(1.1, -0.4, 0.8));

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 import zipfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from ..errors import FormatError, LimitError
+from ..errors import Error, FormatError, LimitError
 from ._files import PathLike, naming, writing
 
 DTYPES = ("uint16", "int16", "float32")
@@ -25,16 +29,53 @@ class TofFrames:
     saturation: float | None = None
 
 
-def _load(path: Path) -> Any:
-    if not zipfile.is_zipfile(path):
-        with path.open("rb"):  # a missing file is an OSError
-            pass
-        raise FormatError("not an .npz file")
-    with zipfile.ZipFile(path) as archive:
-        size = sum(item.file_size for item in archive.infolist())
-    if size > MAX_BYTES:
-        raise LimitError(f"{size} bytes of arrays, expected at most {MAX_BYTES}")
-    return np.load(path, allow_pickle=False)
+@contextlib.contextmanager
+def _parsing(kind: str) -> Iterator[None]:
+    """zipfile, zlib and numpy raise a dozen types for bytes that are not what they say, TokenError among them."""
+    try:
+        yield
+    except (Error, MemoryError):
+        raise
+    except Exception as error:
+        words = " ".join(str(error).split())
+        raise FormatError(f"not {kind} file that can be read: {words or type(error).__name__}") from error
+
+
+def _array(stream: IO[bytes], size: int) -> NDArray[Any]:
+    """The array of an .npy file of so many bytes, which are there before it is allocated."""
+    version = npy.read_magic(stream)
+    read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}.get(version)
+    if read is None:
+        raise FormatError(f"an array of the format {version[0]}.{version[1]}; expected 1.0 or 2.0")
+    shape, _, dtype = read(stream)
+    if dtype.hasobject:
+        raise ValueError("an array of Python objects")
+    if math.prod(shape) * dtype.itemsize > size - stream.tell():
+        raise FormatError(f"cut short: the header promises {shape} of {dtype}, {size - stream.tell()} bytes follow it")
+    stream.seek(0)
+    return np.asarray(npy.read_array(stream, allow_pickle=False))
+
+
+def _arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """Of an .npz file: `taps`, and `saturation` where it is there."""
+    with path.open("rb"):  # a missing file is an OSError
+        pass
+    with _parsing("an .npz"):
+        if not zipfile.is_zipfile(path):
+            raise FormatError("not an .npz file")
+        with zipfile.ZipFile(path) as archive:
+            items = {item.filename.removesuffix(".npy"): item for item in archive.infolist()}
+            size = sum(item.file_size for item in items.values())
+            if size > MAX_BYTES:
+                raise LimitError(f"{size} bytes of arrays, expected at most {MAX_BYTES}")
+            if "taps" not in items:
+                raise FormatError(f"has no array 'taps'; it has {', '.join(items) or 'none'}")
+            found: dict[str, NDArray[Any]] = {}
+            for name in ("taps", "saturation"):
+                if name in items:
+                    with archive.open(items[name]) as stream:
+                        found[name] = _array(stream, items[name].file_size)
+            return found
 
 
 def read_tof(path: PathLike) -> TofFrames:
@@ -45,16 +86,8 @@ def read_tof(path: PathLike) -> TofFrames:
     """
     file = Path(path)
     with naming(file):
-        try:
-            with _load(file) as archive:
-                if "taps" not in archive.files:
-                    raise FormatError(f"has no array 'taps'; it has {', '.join(archive.files) or 'none'}")
-                taps = archive["taps"]
-                saturation = archive["saturation"] if "saturation" in archive.files else None
-        except (ValueError, EOFError, KeyError, zipfile.BadZipFile, zipfile.LargeZipFile) as error:
-            if isinstance(error, FormatError):
-                raise
-            raise FormatError(f"not an .npz file that can be read: {error}") from error
+        found = _arrays(file)
+        taps, saturation = found["taps"], found.get("saturation")
         if taps.ndim != 5:
             raise FormatError(
                 f"taps: {taps.ndim} dimensions, {taps.shape}; expected frames x frequencies x taps x height x width"
@@ -84,13 +117,9 @@ def read_pixel_offset(path: PathLike) -> NDArray[np.float64]:
     """The offsets of a time-of-flight camera's pixels, H x W, mm. Raises OSError, FormatError."""
     file = Path(path)
     with naming(file):
-        with file.open("rb"):
-            pass
-        try:
-            offset = np.load(file, allow_pickle=False)
-        except (ValueError, EOFError) as error:
-            raise FormatError(f"not an .npy file that can be read: {error}") from error
-        if not isinstance(offset, np.ndarray) or offset.ndim != 2 or offset.dtype.kind != "f":
+        with file.open("rb") as stream, _parsing("an .npy"):
+            offset = _array(stream, file.stat().st_size)
+        if offset.ndim != 2 or offset.dtype.kind != "f":
             raise FormatError("expected one array of height x width floats")
         return np.ascontiguousarray(offset, dtype=np.float64)
 
