@@ -170,11 +170,14 @@ void read_uncertainty(const Json& json, Rig& rig) {
     if (!names[i].is_string()) refuse(path + "parameters[" + std::to_string(i) + "]: expected a text");
     rig.uncertainty.parameters.push_back(names[i].get<std::string>());
   }
+  std::vector<std::vector<double>> columns;  // all read before there is a matrix: a text promises no more than it holds
+  columns.reserve(modes.size());
+  for (std::size_t i = 0; i < modes.size(); ++i)
+    columns.push_back(numbers(modes[i], path + "modes[" + std::to_string(i) + "]", names.size()));
   rig.uncertainty.modes.resize(static_cast<Eigen::Index>(names.size()), static_cast<Eigen::Index>(modes.size()));
-  for (std::size_t i = 0; i < modes.size(); ++i) {
-    const std::vector<double> mode = numbers(modes[i], path + "modes[" + std::to_string(i) + "]", names.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
     rig.uncertainty.modes.col(static_cast<Eigen::Index>(i)) =
-        Eigen::Map<const Eigen::VectorXd>(mode.data(), static_cast<Eigen::Index>(mode.size()));
+        Eigen::Map<const Eigen::VectorXd>(columns[i].data(), static_cast<Eigen::Index>(columns[i].size()));
   }
   const auto residual = found->find("residual_px");
   if (residual == found->end()) return;

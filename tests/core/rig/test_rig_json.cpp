@@ -125,6 +125,18 @@ TEST(RigJson, KeysStandOnce) {
   expect_refused("\"note\": \"upper\"", "\"note\": 1, \"note\": 1", "the key 'note' stands twice");
 }
 
+// 1.2 MB of text that promise a matrix of 320 GB.
+TEST(RigJson, NoMemoryForWhatIsOnlyPromised) {
+  std::string names = "\"\"", modes = "[]";
+  for (int i = 1; i < 200'000; ++i) {
+    names += ",\"\"";
+    modes += ",[]";
+  }
+  expect_refused("\"parameters\": [\"pod1-left.fx\"], \"modes\": [[0.3]]",
+                 "\"parameters\": [" + names + "], \"modes\": [" + modes + "]",
+                 "uncertainty.modes[0]: expected 200000 finite numbers, got 0");
+}
+
 // REQ-RIG-001
 TEST(RigJson, EachFieldIsNamed) {
   expect_refused("sgrt-rig/1", "sgrt-rig/2", "schema: expected 'sgrt-rig/1', got 'sgrt-rig/2'");
