@@ -113,7 +113,8 @@ std::vector<FreeMotion> name_motions(const Motions& basis, const Vec3& isocentre
   while (rank < turn.singularValues().size() && turn.singularValues()[rank] > kPureSlide) ++rank;
   const Motions turning = Q * turn.matrixV().leftCols(rank);
   const Motions sliding = Q * turn.matrixV().rightCols(Q.cols() - rank);
-  for (const Vec3& v : along_axes(sliding.bottomRows(3))) {
+  const Eigen::MatrixXd ways = rank < Q.cols() ? Eigen::MatrixXd(sliding.bottomRows(3)) : Eigen::MatrixXd(3, 0);
+  for (const Vec3& v : along_axes(ways)) {
     Vec6 z = Vec6::Zero();
     z.tail<3>() = v;
     slides.push_back(make_motion(z));

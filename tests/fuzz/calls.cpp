@@ -43,9 +43,9 @@ std::int32_t progress(void* user, double fraction, const char* stage) {
   return static_cast<State*>(user)->cancel ? 1 : 0;
 }
 
-// A result put in the place of what stood there.
+// A result put in the place of what stood there. By reference: it is looked at after the call among the arguments.
 template <class Handle>
-void put(Handle*& place, Handle* made, sgrt_status status, void (*release)(Handle*)) {
+void put(Handle*& place, Handle*& made, sgrt_status status, void (*release)(Handle*)) {
   fuzz::require((made != nullptr) == (status == SGRT_OK), "a handle if and only if SGRT_OK");
   if (made == nullptr) return;
   release(place);
@@ -83,8 +83,8 @@ void work_on_surface(State& s) {
       status = sgrt_surface_filter(context, from, nullptr, &made, nullptr, nullptr);
       break;
     case 1: {
-      const sgrt_surface* const both[] = {from, s.surface[s.slot()]};
-      status = sgrt_surface_fuse(context, both, s.bytes.below(4), nullptr, &made, nullptr);
+      const sgrt_surface* const all[] = {from, s.surface[s.slot()], s.surface[s.slot()]};
+      status = sgrt_surface_fuse(context, all, s.bytes.below(4), nullptr, &made, nullptr);
       break;
     }
     case 2: {

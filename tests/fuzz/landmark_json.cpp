@@ -9,7 +9,7 @@ namespace {
 void find(const sgrt_landmark_model* model) {
   static sgrt_surface* const live = [] {
     fuzz::Bytes none{nullptr, 0};
-    return fuzz::surface(none, fuzz::patch(none, 16, 16, 0), 16, 16);
+    return fuzz::surface(none, fuzz::patch(none, 10, 10, 0), 10, 10);
   }();
   sgrt_landmarks* found = nullptr;
   const sgrt_status status = fuzz::checked(sgrt_landmarks_find(nullptr, live, model, nullptr, &found));
