@@ -166,9 +166,13 @@ void read_uncertainty(const Json& json, Rig& rig) {
   const Json& names = member(*found, path, "parameters");
   const Json& modes = member(*found, path, "modes");
   if (!names.is_array() || !modes.is_array()) refuse(path + "parameters, modes: expected arrays");
+  std::set<std::string> seen;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!names[i].is_string()) refuse(path + "parameters[" + std::to_string(i) + "]: expected a text");
+    const std::string here = path + "parameters[" + std::to_string(i) + "]: ";
+    if (!names[i].is_string()) refuse(here + "expected a text");
     rig.uncertainty.parameters.push_back(names[i].get<std::string>());
+    if (!seen.insert(rig.uncertainty.parameters.back()).second)
+      refuse(here + in_quotes(rig.uncertainty.parameters.back()) + " stands twice");
   }
   std::vector<std::vector<double>> columns;  // all read before there is a matrix: a text promises no more than it holds
   columns.reserve(modes.size());

@@ -30,7 +30,11 @@ double number(const Json& value, const std::string& path) {
 
 std::string text(const Json& value, const std::string& path) {
   if (!value.is_string()) refuse(path + ": expected a text, got " + value.type_name());
-  return value.get<std::string>();
+  std::string words = value.get<std::string>();
+  // A NUL would cut a name short where it is lent to C, so that two could become one.
+  for (char c : words)
+    if (static_cast<unsigned char>(c) < 0x20) refuse(path + ": has a control character");
+  return words;
 }
 
 Vec3 vector(const Json& value, const std::string& path) {

@@ -93,6 +93,9 @@ static void test_refuses(void) {
   static const char kOther[] = "{\"schema\": \"sgrt-landmark-model/2\"}";
   static const char kFew[] =
       "{\"schema\": \"sgrt-landmark-model/1\", \"id\": \"x\", \"scale_mm\": 6, \"points\": [{\"name\": \"a\"}]}";
+  static const char kCut[] =
+      "{\"schema\": \"sgrt-landmark-model/1\", \"id\": \"x\", \"scale_mm\": 6, \"points\": [{\"name\": "
+      "\"a\\u0000b\"}]}";
   sgrt_landmark_model *head = NULL, *model = NULL;
   sgrt_landmarks_options options;
   sgrt_landmarks* result = NULL;
@@ -104,6 +107,7 @@ static void test_refuses(void) {
   CHECK(!sgrt_landmark_model_text(head, SGRT_LANDMARK_MODEL_NAME, 11));
   CHECK_STATUS(sgrt_landmark_model_from_json(kOther, sizeof kOther - 1, &model), SGRT_E_FORMAT, "schema");
   CHECK_STATUS(sgrt_landmark_model_from_json(kFew, sizeof kFew - 1, &model), SGRT_E_FORMAT, "position_mm");
+  CHECK_STATUS(sgrt_landmark_model_from_json(kCut, sizeof kCut - 1, &model), SGRT_E_FORMAT, "points[0].name");
   CHECK_INVALID(sgrt_landmark_model_from_json(NULL, 0, &model), "text");
   CHECK_OK(sgrt_landmarks_options_init(&options, sizeof options));
   options.min_score = 2;

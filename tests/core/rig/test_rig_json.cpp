@@ -120,16 +120,23 @@ TEST(RigJson, HundredThousandKeysAreReadAtOnce) {
   EXPECT_NO_THROW(read(with(kRig, "\"made\"", keys + "\"made\"")));
 }
 
+// Of two rows for one parameter the second would not count.
+TEST(RigJson, ParametersStandOnce) {
+  expect_refused("\"parameters\": [\"pod1-left.fx\"], \"modes\": [[0.3]]",
+                 "\"parameters\": [\"pod1-left.fx\", \"pod1-left.fx\"], \"modes\": [[0.3, 0.4]]",
+                 "uncertainty.parameters[1]: 'pod1-left.fx' stands twice");
+}
+
 TEST(RigJson, KeysStandOnce) {
   expect_refused("\"id\": \"room 7\"", "\"id\": \"a\", \"id\": \"b\"", "the key 'id' stands twice");
   expect_refused("\"note\": \"upper\"", "\"note\": 1, \"note\": 1", "the key 'note' stands twice");
 }
 
-// 1.2 MB of text that promise a matrix of 320 GB.
+// 2.6 MB of text that promise a matrix of 320 GB.
 TEST(RigJson, NoMemoryForWhatIsOnlyPromised) {
-  std::string names = "\"\"", modes = "[]";
+  std::string names = "\"0\"", modes = "[]";
   for (int i = 1; i < 200'000; ++i) {
-    names += ",\"\"";
+    names += ",\"" + std::to_string(i) + "\"";
     modes += ",[]";
   }
   expect_refused("\"parameters\": [\"pod1-left.fx\"], \"modes\": [[0.3]]",
