@@ -90,7 +90,7 @@ FitSample sample_fit(const NurbsFit& fit, double u, double v) {
   const Mat6x16 B = functions(g, cu, cv);
   const Mat6 C = B * coefficient_covariance(fit, cu.cell, cv.cell) * B.transpose();
   const Direction d = direction_of(fit, u, v, r.normal);
-  const double variance = std::max(0.0, C(0, 0));
+  const double variance = C(0, 0) < 0 ? 0 : C(0, 0);  // below 0 by rounding; NaN stays NaN
   r.covariance = variance * d.e * d.e.transpose();
   r.sigma = std::sqrt(variance) * std::abs(d.e.dot(r.normal));
   Mat36 J[5];

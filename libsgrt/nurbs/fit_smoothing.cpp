@@ -111,6 +111,7 @@ double bias_share(const Smoother& s, const Normal& normal, const Band& factor, d
   constexpr int kProbes = 8;
   constexpr double kPriorShare = 0.25,
                    kPriorWeight = 2;  // a smooth surface at the best lambda, where the data say little
+  if (!(variance > 0)) return 1;      // exact data tell nothing of it
   double taken = 0;
   for (Eigen::Index d = 0; d < c.cols(); ++d) {
     std::vector<double> r = multiply(s.energy, c.col(d).data());

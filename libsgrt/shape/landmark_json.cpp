@@ -43,7 +43,7 @@ Vec3 vector(const Json& value, const std::string& path) {
 }
 
 LandmarkPoint point_of(const Json& j, const std::string& path) {
-  if (!j.is_object()) refuse(path + "expected an object, got " + j.type_name());
+  if (!j.is_object()) refuse(path.substr(0, path.size() - 1) + ": expected an object, got " + j.type_name());
   LandmarkPoint p;
   p.name = text(member(j, "name", path), path + "name");
   p.position = vector(member(j, "position_mm", path), path + "position_mm");

@@ -97,6 +97,11 @@ TEST(LaserJson, NamesWhatIsWrong) {
                [&] { laser_of(broken("\"camera\": \"cam\"", "\"camera\": \"x\""), "s"); });
   expect_error(Status::kFormat, "lasers[0].fan.point", [&] { laser_of(broken("[500, 1, 1501]", "[500, 1]"), "s"); });
   expect_error(Status::kFormat, "angle_scale", [&] { laser_of(broken("1.01", "0"), "s"); });
+  expect_error(Status::kFormat, "lasers[0].fan: missing", [&] { laser_of(broken("\"fan\"", "\"fans\""), "s"); });
+  expect_error(Status::kFormat, "lasers[0].id: expected a text",
+               [&] { laser_of(broken("\"id\": \"s\"", "\"id\": 3"), "s"); });
+  expect_error(Status::kFormat, "lasers: expected an array",
+               [&] { laser_of(broken("\"lasers\": [", "\"lasers\": 1, \"x\": ["), "s"); });
 }
 
 // REQ-LASER-004

@@ -1,6 +1,7 @@
 // The fit against bodies in closed form: planes to the last digits, heads and tori of noise, holes and outliers, the
 // posterior against sampled errors, the band matrix against Eigen, nonsense.
 #include "nurbs/fit.hpp"
+#include "nurbs/fit_state.hpp"
 
 #include <gtest/gtest.h>
 
@@ -377,6 +378,21 @@ TEST(Fit, SmoothingByCrossValidationAgreesRoughly) {
 }
 
 // ---------------------------------------------------------------------------------------------------------- nonsense
+
+// Points of one plane without any noise, in a row: nothing is left over to tell the noise from.
+TEST(Fit, ExactPointsHaveAFiniteCovariance) {
+  std::vector<Vec3> row;
+  for (int i = 0; i < 16; ++i) row.emplace_back(0, 5 * i, 12 * std::sin(0.6 + 5 * i / 11.0));
+  for (const bool robust : {false, true}) {
+    NurbsFitOptions o;
+    o.robust = robust;
+    const NurbsFit fit = fit_nurbs({}, cloud(row), o);
+    for (const double c : fit.covariance) ASSERT_TRUE(std::isfinite(c));
+    EXPECT_TRUE(std::isfinite(sample_fit(fit, 0.5, 0.5).sigma));
+    const std::vector<double> state = state_of(fit);
+    EXPECT_EQ(state_of(fit_from_state(state.data(), static_cast<std::int64_t>(state.size()))).size(), state.size());
+  }
+}
 
 // REQ-FIT-004
 TEST(Fit, RefusesWhatCannotBeFitted) {
