@@ -22,6 +22,8 @@ constexpr double kSettled = 1e-3;             // relative change of the scale
 constexpr double kLambdaStep = 0.05;          // relative, of the derivative that splits noise from bias
 constexpr double kWide = 2.0, kNarrow = 0.7;  // steps in log lambda
 constexpr double kFar = 1e3;                  // times the first lambda: look there again
+constexpr double kLeastScale = 1e-9;          // of the residuals, over that of the first solution
+constexpr double kMostFollowed = 0.95;        // effective parameters over points that count
 
 struct State {
   std::vector<double> stiffness;
@@ -96,7 +98,9 @@ class Iteration {
     normal_ = normal_equations(smoother_.run, smoother_.grid, s_.points);
     search(searched);
     residuals(smoother_.run, chart_, smoother_.grid, s_.points, s_.trend, s_.solution.c, correlation_, s_.residuals);
-    s_.scale = mad(s_.residuals, s_.robust);
+    // Control points that follow half of the points exactly would drive it to 0 from step to step.
+    s_.scale = std::max(mad(s_.residuals, s_.robust), kLeastScale * first_scale_);
+    if (first_scale_ == 0) first_scale_ = s_.scale;
     if (o_.robust)
       s_.scales = local_scales(smoother_.grid, s_.points, s_.residuals, s_.scale);
     else
@@ -137,6 +141,7 @@ class Iteration {
   Smoother smoother_;
   Normal normal_;
   std::vector<std::size_t> lonely_;
+  double first_scale_ = 0;  // of the residuals
 };
 
 // Sigma of the data beyond what they claim, from the residuals; the posterior's scale.
@@ -148,6 +153,17 @@ double noise_variance(const State& s, const NurbsFitOptions& o, double parameter
   if (!(left > 0.2 * inliers)) return s.solution.deviance / (columns * std::max(1.0, s.count - 3));
   if (!o.robust) return sum / left;
   return s.scale * s.scale * inliers / left;
+}
+
+// As many free parameters as points that count, others left out: what is an outlier, and the noise, is then anybody's
+// guess.
+void refuse_guesswork(const NurbsFit& fit, const State& s) {
+  const auto inliers = s.robust.size() - static_cast<std::size_t>(std::count(s.robust.begin(), s.robust.end(), 0.0));
+  if (inliers == s.robust.size() || fit.effective_parameters < kMostFollowed * static_cast<double>(inliers)) return;
+  fail(Status::kDegenerate, "surface: its " + std::to_string(fit.grid.size()) + " control points follow " +
+                                std::to_string(inliers) + " points exactly and leave out " +
+                                std::to_string(s.robust.size() - inliers) +
+                                ", expected more points, fewer control points or robust = 0");
 }
 
 void keep_points(NurbsFit& fit, const Surface& surface, const State& s, const Data& data) {
@@ -195,6 +211,7 @@ NurbsFit fit_nurbs(const Run& run, const Surface& surface, const NurbsFitOptions
   const Band inverse = inverse_band(run, s.solution.factor);
   fit.lambda = s.solution.lambda;
   fit.effective_parameters = fit.grid.size() - fit.lambda * trace_product(inverse, s.energy);
+  if (options.robust) refuse_guesswork(fit, s);
   fit.point_count = present;
   fit.iterations = s.iterations;
   fit.has_sigma = surface.sigma.size() > 0 || surface.covariance.rows() > 0;
