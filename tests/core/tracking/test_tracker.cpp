@@ -77,6 +77,20 @@ TEST(Tracker, FindsAPatientWhoCameBackElsewhere) {
   }
 }
 
+// Also where he is found without a search: nothing is predicted from before the loss.
+// REQ-TRACK-005
+TEST(Tracker, TheFirstFrameAfterALossIsFound) {
+  Draw draw(6);
+  TrackerOptions o;
+  o.search = false;
+  Tracker tracker(kSilent, torso_surface(5000, 0.1, draw), kIso, nullptr, nullptr, o);
+  const Surface live = with_normals(sample(torso, 3000, 0.1, draw));
+  EXPECT_EQ(tracker.push(kSilent, &live, 0).state, TrackState::kTracking);
+  EXPECT_EQ(tracker.push(kSilent, nullptr, 0.1).state, TrackState::kLost);
+  EXPECT_EQ(tracker.push(kSilent, &live, 0.2).state, TrackState::kFound);
+  EXPECT_EQ(tracker.push(kSilent, &live, 0.3).state, TrackState::kTracking);
+}
+
 // REQ-TRACK-003
 TEST(Tracker, ACancelledFrameHoldsTheBeam) {
   Draw draw(2);
