@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/symmetric.hpp"
 
 namespace sgrt {
 namespace {
@@ -171,24 +172,17 @@ Surface moved(Surface s, const Pose& pose) {
   turn(s.normals);
   for (Points& mode : s.modes) turn(mode);
   for (Eigen::Index i = 0; i < s.covariance.rows(); ++i) {
-    const auto c = s.covariance.row(i);
-    Mat3 full;
-    full << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
-    full = (pose.R * full * pose.R.transpose()).eval();
-    s.covariance.row(i) << full(0, 0), full(0, 1), full(0, 2), full(1, 1), full(1, 2), full(2, 2);
+    s.covariance.row(i) = packed(pose.R * unpacked(s.covariance.row(i)) * pose.R.transpose());
   }
   return s;
 }
 
 void set_variance_along(Surface& s, std::int64_t i, const Vec3& n, double variance) {
-  Mat3 c;
-  const auto r = s.covariance.row(i);
-  c << r[0], r[1], r[2], r[1], r[3], r[4], r[2], r[4], r[5];
+  const Mat3 c = unpacked(s.covariance.row(i));
   const double old = n.dot(c * n);
   if (!(old > 0)) return;
   const Mat3 p = Mat3::Identity() - (1 - std::sqrt(variance / old)) * n * n.transpose();
-  c = (p * c * p.transpose()).eval();
-  s.covariance.row(i) << c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2);
+  s.covariance.row(i) = packed(p * c * p.transpose());
 }
 
 namespace {

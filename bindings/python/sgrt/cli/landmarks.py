@@ -83,9 +83,7 @@ def command(
     A surface that does not show what is looked for gives not_found.
     """
     watch = Stopwatch()
-    for path in (save_model, out):
-        if path is not None:
-            check_out(path)
+    check_out(save_model, out)
     surface = read_surface(surface_file)
     try:
         with working(threads) as context:

@@ -1,0 +1,19 @@
+// The median by selection.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+namespace sgrt {
+
+// Reorders the values; of an even number the upper of the middle two, NaN of none.
+template <class T>
+T median(std::vector<T>& values) {
+  if (values.empty()) return std::numeric_limits<T>::quiet_NaN();
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace sgrt
