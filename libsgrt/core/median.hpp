@@ -1,4 +1,4 @@
-// The median by selection.
+// The median: of an even number the upper of the two in the middle. One place for what every robust scale starts from.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace sgrt {
 
-// Reorders the values; of an even number the upper of the middle two, NaN of none.
+// NaN where there is no value. Reorders the values.
 template <class T>
 T median(std::vector<T>& values) {
   if (values.empty()) return std::numeric_limits<T>::quiet_NaN();

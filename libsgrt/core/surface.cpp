@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "core/symmetric.hpp"
 
 namespace sgrt {
 namespace {
@@ -164,6 +163,18 @@ Surface make_surface(Surface s) {
   return s;
 }
 
+Mat3 unpacked(const Eigen::Ref<const Eigen::Matrix<double, 1, 6>>& c) {
+  Mat3 C;
+  C << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
+  return C;
+}
+
+Eigen::Matrix<double, 1, 6> packed(const Mat3& C) {
+  Eigen::Matrix<double, 1, 6> c;
+  c << C(0, 0), C(0, 1), C(0, 2), C(1, 1), C(1, 2), C(2, 2);
+  return c;
+}
+
 Surface moved(Surface s, const Pose& pose) {
   const auto turn = [&](Points& vectors) {
     for (Eigen::Index i = 0; i < vectors.rows(); ++i) vectors.row(i) = (pose.R * vectors.row(i).transpose()).eval();
@@ -171,18 +182,17 @@ Surface moved(Surface s, const Pose& pose) {
   for (Eigen::Index i = 0; i < s.points.rows(); ++i) s.points.row(i) = (pose * s.point(i)).transpose();
   turn(s.normals);
   for (Points& mode : s.modes) turn(mode);
-  for (Eigen::Index i = 0; i < s.covariance.rows(); ++i) {
+  for (Eigen::Index i = 0; i < s.covariance.rows(); ++i)
     s.covariance.row(i) = packed(pose.R * unpacked(s.covariance.row(i)) * pose.R.transpose());
-  }
   return s;
 }
 
 void set_variance_along(Surface& s, std::int64_t i, const Vec3& n, double variance) {
-  const Mat3 c = unpacked(s.covariance.row(i));
-  const double old = n.dot(c * n);
+  const Mat3 C = unpacked(s.covariance.row(i));
+  const double old = n.dot(C * n);
   if (!(old > 0)) return;
   const Mat3 p = Mat3::Identity() - (1 - std::sqrt(variance / old)) * n * n.transpose();
-  s.covariance.row(i) = packed(p * c * p.transpose());
+  s.covariance.row(i) = packed(p * C * p.transpose());
 }
 
 namespace {

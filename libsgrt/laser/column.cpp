@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
-#include "core/symmetric.hpp"
 
 namespace sgrt {
 namespace {

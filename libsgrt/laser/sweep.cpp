@@ -5,7 +5,6 @@
 
 #include "core/median.hpp"
 #include "core/parallel.hpp"
-#include "core/symmetric.hpp"
 
 namespace sgrt {
 namespace {
