@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/median.hpp"
+
 namespace sgrt {
 namespace {
 
@@ -13,12 +15,6 @@ constexpr double kFloor = 0.04;       // mm: two surfaces of one body are never 
 constexpr std::size_t kCentres = 20;  // of hypotheses
 constexpr std::size_t kPairCentres = 12;
 constexpr int kRounds = 14;
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 using Weights = std::vector<double>;
 
@@ -133,7 +129,7 @@ Evidence evidence_of(const Patches& patches, std::vector<PatchSum> sums, double 
     e.seen_area += patches.area[p];
     scatter.push_back((s.c - s.r * s.r / s.w) / static_cast<double>(s.count - 1));
   }
-  if (!scatter.empty()) e.noise = std::sqrt(std::max(1e-4, median(scatter)));
+  if (!scatter.empty()) e.noise = std::sqrt(std::max(1e-4, upper_median(scatter)));
   for (std::size_t p = 0; p < n; ++p) {
     if (!e.seen[p]) continue;
     const double own = e.noise * e.noise * correlation_points / e.sums[p].w;
