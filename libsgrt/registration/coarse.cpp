@@ -159,7 +159,7 @@ class Scan {
       if (w_[i] > 0) r.push_back(std::abs(r_[i]));
     }
     if (r.empty()) return 0;
-    return static_cast<double>(upper_median(r));
+    return static_cast<double>(sgrt::median(r));
   }
 
  private:

@@ -129,7 +129,7 @@ Evidence evidence_of(const Patches& patches, std::vector<PatchSum> sums, double 
     e.seen_area += patches.area[p];
     scatter.push_back((s.c - s.r * s.r / s.w) / static_cast<double>(s.count - 1));
   }
-  if (!scatter.empty()) e.noise = std::sqrt(std::max(1e-4, upper_median(scatter)));
+  if (!scatter.empty()) e.noise = std::sqrt(std::max(1e-4, median(scatter)));
   for (std::size_t p = 0; p < n; ++p) {
     if (!e.seen[p]) continue;
     const double own = e.noise * e.noise * correlation_points / e.sums[p].w;

@@ -153,7 +153,7 @@ double robust_sigma(const std::vector<Contact>& contacts) {
   std::vector<double> u;
   u.reserve(contacts.size());
   for (const Contact& c : contacts) u.push_back(std::abs(c.r) / std::sqrt(c.variance));
-  return 1.4826 * upper_median(u);
+  return 1.4826 * median(u);
 }
 
 }  // namespace sgrt

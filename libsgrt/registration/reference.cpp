@@ -72,7 +72,7 @@ std::shared_ptr<const Reference> prepare_reference(const Run& run, const Surface
   for (const kernels::Surfel& s : out->field.levels[0].surfels) {
     if (s.counts > 0) height.push_back(s.height);
   }
-  out->typical_height = upper_median(height);
+  out->typical_height = median(height);
   for (const Points& mode : surface.modes) out->modes.push_back(spread_mode(out->field, surface, mode));
   return out;
 }

@@ -86,10 +86,10 @@ EpipolarCheck check_epipolar(const Run& run, const RectifiedImage& left, const W
     if (e == e) work.sorted.push_back(e);
   check.count = static_cast<std::int64_t>(work.sorted.size());
   if (check.count < 20) return check;
-  check.median = upper_median(work.sorted);
+  check.median = median(work.sorted);
   // The windows' own scatter, whatever its cause, tells how well the median is known.
   for (double& e : work.sorted) e = std::abs(e - check.median);
-  const double scatter = 1.4826 * upper_median(work.sorted);
+  const double scatter = 1.4826 * median(work.sorted);
   check.sigma = 1.2533 * scatter / std::sqrt(static_cast<double>(check.count));
   // Over the image: a turned or bent rig lies off in both directions. Windows beyond 5 scatters are mismatches.
   double sum = 0, n = 0;

@@ -51,7 +51,7 @@ double spacing_of(const Rectification& r, const Points& points, const std::vecto
     const double parallax = seen[static_cast<std::size_t>(i)].d - r.disparity_at_infinity();
     spacing.push_back(std::sqrt(hits[1].distance2) * parallax / r.baseline);
   }
-  return spacing.empty() ? 0 : upper_median(spacing);
+  return spacing.empty() ? 0 : median(spacing);
 }
 
 RectifiedCrop crop_round(const Rectification& r, const std::vector<Seen>& seen, int window, double search) {

@@ -13,10 +13,6 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-double median(std::vector<double>& values) {
-  return values.empty() ? kNan : upper_median(values);
-}
-
 // With 1/z = (d - d_inf) / (f B), a plane of disparities is a plane of the room: n . X = 1 (eq. 21).
 void place(const Rectification& r, const Grid& grid, std::int64_t k, const kernels::RowMatch& m, Surface& surface) {
   const double u = (grid.x(k) - r.left.cx) / r.f, v = (grid.y(k) - r.left.cy) / r.f;

@@ -61,7 +61,7 @@ template <class Of>
 double Breathing::median(Of&& of) {
   sorted_.clear();
   for (const Sample& s : samples_) sorted_.push_back(of(s));
-  return upper_median(sorted_);
+  return sgrt::median(sorted_);
 }
 
 // The shift a along the direction u that explains the distances r_i = a (n_i . u) best: Tukey's weights.
