@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "rig/parameters.hpp"
 #include "stereo/prior.hpp"
 #include "stereo/scene.hpp"
 #include "stereo/stereo.hpp"
