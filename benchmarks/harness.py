@@ -39,7 +39,8 @@ class Peer:
     """A named peer of peers.py with its inputs loaded and prepared; call it with the number of the round."""
 
     def __init__(self, name: str, inputs: Path, threads: int):
-        environment = os.environ | {"OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
+        pools = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
+        environment = os.environ | dict.fromkeys(pools, str(threads))
         command = [need_peers(), Path(__file__).with_name("peers.py"), name, inputs, str(threads)]
         self.output = inputs.with_name("peer.npz")
         self.process = subprocess.Popen(

@@ -131,7 +131,6 @@ def opencv_stereo(make):
     def prepare(inputs, threads):
         import cv2
 
-        cv2.setNumThreads(threads)
         matcher = make(cv2, int(inputs["levels"]))
 
         def match(_):
@@ -169,7 +168,6 @@ PEERS["OpenCV SGBM 3-way"] = opencv_stereo(sgbm("STEREO_SGBM_MODE_SGBM_3WAY"))
 def opencv_project(inputs, threads):
     import cv2
 
-    cv2.setNumThreads(threads)
     pose = inputs["camera_from_room"]
     turn, shift = cv2.Rodrigues(pose[:3, :3])[0], pose[:3, 3].copy()
     matrix, distortion, points = inputs["matrix"], inputs["distortion"], inputs["points"]
@@ -181,7 +179,6 @@ def opencv_undistort(inputs, threads):
     """Its fixed 5 iterations; the result is made a unit direction in the room, as ours."""
     import cv2
 
-    cv2.setNumThreads(threads)
     rotation = np.ascontiguousarray(inputs["camera_from_room"][:3, :3])
     matrix, distortion, pixels = inputs["matrix"], inputs["distortion"], inputs["pixels"]
 
@@ -304,7 +301,6 @@ PEERS["scipy SmoothBivariateSpline"] = scipy_spline(True)
 def opencv_calibrate(inputs, threads):
     import cv2
 
-    cv2.setNumThreads(threads)
     views = [view.astype(np.float32) for view in inputs["views"]]
     boards = [inputs["board"].astype(np.float32)] * len(views)
     size = tuple(int(side) for side in inputs["size"])
@@ -322,7 +318,6 @@ def opencv_bilateral(inputs, threads):
     """Its range kernel at three sigmas of the difference of two points, its space kernel as wide as ours."""
     import cv2
 
-    cv2.setNumThreads(threads)
     z, radius, sigma = inputs["noisy"].astype(np.float32), float(inputs["radius"]), float(inputs["sigma"])
     return lambda _: {"z": cv2.bilateralFilter(z, 2 * int(radius) + 1, 3 * 2**0.5 * sigma, radius / 2)}
 

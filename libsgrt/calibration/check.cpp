@@ -10,6 +10,7 @@
 #include "calibration/text.hpp"
 #include "calibration/views.hpp"
 #include "core/error.hpp"
+#include "core/median.hpp"
 #include "rig/uncertainty.hpp"
 
 namespace sgrt {
@@ -26,8 +27,7 @@ void start_placements(const CalibrationData& data, Bundle& bundle, Scene& scene,
   const auto badness = [&](const View& view) {
     std::vector<double> lengths;
     for (const Vec2& r : residuals_of(bundle, scene, view)) lengths.push_back(r.allFinite() ? r.norm() : 1e6);
-    std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2), lengths.end());
-    return lengths[lengths.size() / 2];
+    return median(lengths);
   };
   for (auto& [placement, views] : placements) {
     double best = std::numeric_limits<double>::infinity();

@@ -7,6 +7,7 @@
 
 #include "calibration/initial.hpp"
 #include "calibration/lattice.hpp"
+#include "core/median.hpp"
 
 namespace sgrt {
 namespace {
@@ -67,8 +68,7 @@ void correct_centres(const Board& board, const std::vector<Disc>& discs, Detecti
     const double scale = std::abs(H->determinant() / (h.z() * h.z() * h.z()));  // area of the image of 1 mm2
     radii.push_back(std::sqrt(discs[i].area / 3.14159265358979323846 / scale));
   }
-  std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
-  const double radius = radii[radii.size() / 2];
+  const double radius = median(radii);
   for (std::size_t i = 0; i < d.index.size(); ++i)
     d.pixel[i] -= centre_shift(*H, target.points.row(d.index[i]).head<2>().transpose(), radius);
 }

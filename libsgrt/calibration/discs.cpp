@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibration/circles.hpp"
+#include "core/median.hpp"
 
 namespace sgrt {
 namespace {
@@ -112,9 +113,7 @@ bool refine(const Image& image, Disc& disc) {
       if (r2 > kInside * kInside && r2 < kGround * kGround) ground.push_back(v);
     });
     if (ground.size() < 8) return false;
-    const auto middle = ground.begin() + static_cast<std::ptrdiff_t>(ground.size() / 2);
-    std::nth_element(ground.begin(), middle, ground.end());
-    const double level = *middle;
+    const double level = median(ground);
     double noise = 0, sum = 0, square = 0;
     for (float v : ground) noise += std::min((v - level) * (v - level), 400.0) / static_cast<double>(ground.size());
     Vec2 moment = Vec2::Zero();

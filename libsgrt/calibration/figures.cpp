@@ -8,6 +8,7 @@
 
 #include "calibration/robust.hpp"
 #include "calibration/text.hpp"
+#include "core/median.hpp"
 #include "rig/uncertainty.hpp"
 
 namespace sgrt {
@@ -27,12 +28,6 @@ int first_parameter(const CalibrationResult& r, int camera) {
   int at = 0;
   for (int c = 0; c < camera; ++c) at += lens_count(r.scene.cameras[c]) + 6;
   return at;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return kNaN;
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 // Tilt, spread and distance of the boards in front of a camera; returns the median distance.

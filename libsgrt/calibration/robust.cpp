@@ -1,5 +1,6 @@
 // The robust loop, see calibration/robust.hpp.
 #include "calibration/robust.hpp"
+#include "core/median.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -33,10 +34,8 @@ double robust_noise(const std::vector<std::vector<double>>& lengths, double spen
   std::vector<double> all;
   for (const auto& row : lengths) all.insert(all.end(), row.begin(), row.end());
   if (all.empty()) return 1;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
   const double count = 2.0 * static_cast<double>(all.size());
-  return std::max(kSmallestNoise, *middle / kMedianOfLength * std::sqrt(count / std::max(count - spent, 1.0)));
+  return std::max(kSmallestNoise, median(all) / kMedianOfLength * std::sqrt(count / std::max(count - spent, 1.0)));
 }
 
 // Parameters spent: what the priors fix is not.

@@ -163,6 +163,18 @@ Surface make_surface(Surface s) {
   return s;
 }
 
+Mat3 unpacked(const Eigen::Ref<const Eigen::Matrix<double, 1, 6>>& c) {
+  Mat3 C;
+  C << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
+  return C;
+}
+
+Eigen::Matrix<double, 1, 6> packed(const Mat3& C) {
+  Eigen::Matrix<double, 1, 6> c;
+  c << C(0, 0), C(0, 1), C(0, 2), C(1, 1), C(1, 2), C(2, 2);
+  return c;
+}
+
 Surface moved(Surface s, const Pose& pose) {
   const auto turn = [&](Points& vectors) {
     for (Eigen::Index i = 0; i < vectors.rows(); ++i) vectors.row(i) = (pose.R * vectors.row(i).transpose()).eval();
@@ -170,25 +182,17 @@ Surface moved(Surface s, const Pose& pose) {
   for (Eigen::Index i = 0; i < s.points.rows(); ++i) s.points.row(i) = (pose * s.point(i)).transpose();
   turn(s.normals);
   for (Points& mode : s.modes) turn(mode);
-  for (Eigen::Index i = 0; i < s.covariance.rows(); ++i) {
-    const auto c = s.covariance.row(i);
-    Mat3 full;
-    full << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
-    full = (pose.R * full * pose.R.transpose()).eval();
-    s.covariance.row(i) << full(0, 0), full(0, 1), full(0, 2), full(1, 1), full(1, 2), full(2, 2);
-  }
+  for (Eigen::Index i = 0; i < s.covariance.rows(); ++i)
+    s.covariance.row(i) = packed(pose.R * unpacked(s.covariance.row(i)) * pose.R.transpose());
   return s;
 }
 
 void set_variance_along(Surface& s, std::int64_t i, const Vec3& n, double variance) {
-  Mat3 c;
-  const auto r = s.covariance.row(i);
-  c << r[0], r[1], r[2], r[1], r[3], r[4], r[2], r[4], r[5];
-  const double old = n.dot(c * n);
+  const Mat3 C = unpacked(s.covariance.row(i));
+  const double old = n.dot(C * n);
   if (!(old > 0)) return;
   const Mat3 p = Mat3::Identity() - (1 - std::sqrt(variance / old)) * n * n.transpose();
-  c = (p * c * p.transpose()).eval();
-  s.covariance.row(i) << c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2);
+  s.covariance.row(i) = packed(p * C * p.transpose());
 }
 
 namespace {

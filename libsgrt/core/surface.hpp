@@ -51,6 +51,10 @@ Surface surface_from_height_field(
 // The surface under a rigid motion: points, normals, covariance and modes; sigma, along the normal, stays.
 Surface moved(Surface surface, const Pose& pose);
 
+// A row of Surface::covariance as a matrix, and back.
+Mat3 unpacked(const Eigen::Ref<const Eigen::Matrix<double, 1, 6>>& covariance);
+Eigen::Matrix<double, 1, 6> packed(const Mat3& covariance);
+
 // The component of point i's covariance along the unit direction n becomes `variance`; what lies across stays
 // (docs/theory/surface.md eq. 9).
 void set_variance_along(Surface& s, std::int64_t i, const Vec3& n, double variance);

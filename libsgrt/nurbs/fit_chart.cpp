@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 
 namespace sgrt {
 namespace {
@@ -21,9 +22,7 @@ double median_step(const Surface& s, std::int64_t di, std::int64_t dj) {
     if (i < s.height && j < s.width && s.present(k) && s.present(i * s.width + j))
       d.push_back((s.point(i * s.width + j) - s.point(k)).norm());
   }
-  if (d.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::nth_element(d.begin(), d.begin() + d.size() / 2, d.end());
-  return d[d.size() / 2];
+  return median(d);
 }
 
 // Whether S_col x S_row points inwards: by the surface's normals, else by what is up.

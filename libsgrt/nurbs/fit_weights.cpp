@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 #include "nurbs/fit_cells.hpp"
 
@@ -107,9 +108,7 @@ double mad(const Residuals& r, const std::vector<double>& robust) {
   for (std::size_t k = 0; k < r.z.size(); ++k)
     if (robust[k] > 0) a.push_back(std::abs(r.z[k]));
   if (a.empty()) return kExact;
-  const auto middle = a.begin() + static_cast<std::ptrdiff_t>(a.size() / 2);
-  std::nth_element(a.begin(), middle, a.end());
-  return std::max(1.4826 * *middle, kExact);
+  return std::max(1.4826 * median(a), kExact);
 }
 
 std::vector<double> local_scales(const FitGrid& g, const FitPoints& p, const Residuals& r, double scale) {
@@ -129,9 +128,8 @@ std::vector<double> local_scales(const FitGrid& g, const FitPoints& p, const Res
         for_neighbours(g, i, j, gather);
       }
       if (a.size() < kEnough) continue;
-      const auto middle = a.begin() + static_cast<std::ptrdiff_t>(a.size() / 2);
-      std::nth_element(a.begin(), middle, a.end());
-      if (1.4826 * *middle > kClearly * scale) scales[static_cast<std::size_t>(j) * g.cells_u + i] = 1.4826 * *middle;
+      const double own = 1.4826 * median(a);
+      if (own > kClearly * scale) scales[static_cast<std::size_t>(j) * g.cells_u + i] = own;
     }
   }
   return scales;

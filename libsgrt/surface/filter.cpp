@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 #include "core/nearest.hpp"
 #include "core/parallel.hpp"
 #include "surface/local_fit.hpp"
@@ -168,13 +169,6 @@ void check(const Surface& s, const FilterOptions& o) {
   expect(o.radius >= 0 && o.radius <= kMaxCoordinate, "radius_mm", o.radius, "0 (three spacings) to 1e5");
   expect(o.max_sigmas >= 1 && o.max_sigmas <= 100, "max_sigmas", o.max_sigmas, "1 to 100");
   expect(o.min_support >= 0 && o.min_support < 1, "min_support", o.min_support, "0 to below 1");
-}
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return kNan;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Writes the new heights; counts, and says how the noise has changed.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 
 namespace sgrt {
@@ -85,10 +86,7 @@ double roughness(const Run& run, const Surface& surface, const Nearest& nearest)
       },
       "measuring noise");
   variance.erase(std::remove_if(variance.begin(), variance.end(), [](double v) { return !(v == v); }), variance.end());
-  if (variance.empty()) return kNan;
-  const auto middle = variance.begin() + static_cast<std::ptrdiff_t>(variance.size() / 2);
-  std::nth_element(variance.begin(), middle, variance.end());
-  return std::sqrt(*middle);
+  return std::sqrt(median(variance));
 }
 
 }  // namespace sgrt

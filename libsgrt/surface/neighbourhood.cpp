@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 
 namespace sgrt {
 namespace {
@@ -52,9 +53,7 @@ double point_spacing(const Run& run, const Surface& surface) {
     if (d > 0 && std::isfinite(d)) spacing.push_back(d);
   }
   if (spacing.empty()) fail(Status::kInsufficientData, "surface: no point has neighbours, so it has no spacing");
-  const auto middle = spacing.begin() + static_cast<std::ptrdiff_t>(spacing.size() / 2);
-  std::nth_element(spacing.begin(), middle, spacing.end());
-  return *middle;
+  return median(spacing);
 }
 
 Neighbourhood::Neighbourhood(const Surface& surface, double radius) : s_(surface), radius_(radius) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 #include "volume/body.hpp"
 #include "volume/isosurface.hpp"
@@ -126,13 +127,10 @@ Eigen::VectorXd find_edges(const Run& run, const Scan& s, Skin& skin) {
   return contrast;
 }
 
-double median(const Eigen::VectorXd& all) {
+double median_known(const Eigen::VectorXd& all) {
   std::vector<double> v(all.data(), all.data() + all.size());
   v.erase(std::remove_if(v.begin(), v.end(), [](double x) { return std::isnan(x); }), v.end());
-  if (v.empty()) return kNan;
-  const auto m = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), m, v.end());
-  return *m;
+  return median(v);
 }
 
 // One sigma of what is left of the steps between voxels: linear interpolation misplaces the edge of half filled voxels
@@ -154,7 +152,7 @@ void smooth(const Run& run, const Scan& s, double radius, Skin& skin) {
   skin.mesh.normals = std::move(out.normals);
   skin.mesh.sigma = std::move(out.sigma);
   skin.bias += out.bias;
-  skin.mesh.correlation_points = std::max(1.0, 1 / median(out.leverage));
+  skin.mesh.correlation_points = std::max(1.0, 1 / median_known(out.leverage));
   for (std::size_t i = 0; i < use.size(); ++i) {
     double& sigma = skin.mesh.sigma[static_cast<Eigen::Index>(i)];
     sigma = std::hypot(sigma, steps(s, skin.mesh.normal(static_cast<Eigen::Index>(i)), radius));
@@ -188,7 +186,7 @@ Skin skin_of_volume(const Run& run, const Voxels& voxels, const SkinOptions& opt
   place_vertices(run, s, lattice.cuts, skin);
   skin.bias = Eigen::VectorXd::Zero(skin.mesh.size());
   skin.mesh.normals = soft_normals(run, skin.mesh.points, skin.mesh.faces);
-  skin.contrast = median(find_edges(run, s, skin));
+  skin.contrast = median_known(find_edges(run, s, skin));
   if (std::isnan(skin.contrast)) fail(Status::kNotFound, "no skin: the body meets air nowhere inside the volume");
   const double radius =
       std::isnan(options.smoothing) ? std::max(2.5, 2 * voxels.spacing().maxCoeff()) : options.smoothing;
@@ -206,7 +204,7 @@ SkinFigures figures_of(const Skin& skin) {
     bias += skin.bias[static_cast<Eigen::Index>(i)];
     ++n;
   }
-  return {n > 0 ? bias / static_cast<double>(n) : kNan, median(skin.mesh.sigma)};
+  return {n > 0 ? bias / static_cast<double>(n) : kNan, median_known(skin.mesh.sigma)};
 }
 
 double volume_of(const Points& points, const Faces& faces) {

@@ -76,6 +76,14 @@ def test_command_filters_a_surface(tmp_path: Path, capsys: pytest.CaptureFixture
     assert filtered.correlation_points == pytest.approx(told["correlation_points"])
 
 
+def test_command_says_what_it_takes_for_outward(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_surface(tmp_path / "a.ply", sgrt.Surface(dome(np.random.default_rng(8)).points))
+    assert main(["filter", str(tmp_path / "a.ply"), "--out", str(tmp_path / "b.ply"), "--json"]) == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out)["normals"] == "estimated, towards 0 0 10000"
+    assert "outward is taken to be towards" in told.err
+
+
 def test_command_filters_frames(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rng = np.random.default_rng(5)
     captures = [Capture(k / 10, tmp_path / f"{k}.ply") for k in range(4)]

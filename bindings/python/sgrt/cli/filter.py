@@ -10,22 +10,27 @@ import click
 
 from .._core import FilterSession, surface_filter
 from ..io import read_captures, read_surface, write_captures, write_surface
-from ._common import FILE, Failure, Stopwatch, about, check_out, common, print_json, working
+from ._common import FILE, Failure, Stopwatch, about, check_out, common, outward, outward_option, print_json, working
 
 
 def _given(**options: float | None) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _in_space(source: Path, out: Path, options: dict[str, Any], threads: int) -> tuple[dict[str, Any], str]:
+Place = tuple[float, float, float]
+
+
+def _in_space(
+    source: Path, out: Path, viewpoint_mm: Place, options: dict[str, Any], threads: int
+) -> tuple[dict[str, Any], str]:
     surface = read_surface(source)
     with working(threads) as context, about(source):
-        if surface.normals is None:
-            surface = surface.estimate_normals(context=context)
+        surface, normals = outward(surface, source, viewpoint_mm, context)
         found = surface_filter(surface, **options, context=context)
     write_surface(out, found.surface)
     told = {
         "surface": str(out),
+        "normals": normals,
         "counts": found.counts,
         "radius_mm": found.radius_mm,
         "sigma_before_mm": found.sigma_before_mm,
@@ -39,7 +44,9 @@ def _in_space(source: Path, out: Path, options: dict[str, Any], threads: int) ->
     )
 
 
-def _over_time(source: Path, out: Path, options: dict[str, Any], threads: int) -> tuple[dict[str, Any], str]:
+def _over_time(
+    source: Path, out: Path, viewpoint_mm: Place, options: dict[str, Any], threads: int
+) -> tuple[dict[str, Any], str]:
     captures = read_captures(source)
     files = [capture.surface for capture in captures]
     surfaces = [file for file in files if file is not None]
@@ -53,13 +60,15 @@ def _over_time(source: Path, out: Path, options: dict[str, Any], threads: int) -
     totals: dict[str, int] = {}
     written = []
     with working(threads) as context:
-        out.mkdir(exist_ok=True)
         for capture in captures:
             if capture.surface is None:
                 written.append(capture)
                 continue
+            surface = read_surface(capture.surface)
             with about(capture.surface):
-                frame = session.push(read_surface(capture.surface), time_s=capture.time_s, context=context)
+                surface, _ = outward(surface, capture.surface, viewpoint_mm, context)
+                frame = session.push(surface, time_s=capture.time_s, context=context)
+            out.mkdir(exist_ok=True)  # not before there is something to put in
             target = out / capture.surface.name
             write_surface(target, frame.surface)
             written.append(replace(capture, surface=target))
@@ -80,6 +89,7 @@ def _over_time(source: Path, out: Path, options: dict[str, Any], threads: int) -
 @click.option("--min-support", type=float, help="Share of the neighbours that a point must agree with. Default 0.15.")
 @click.option("--motion-sigmas", type=float, help="Of frames: a patch has moved beyond so many sigmas. Default 4.")
 @click.option("--drift", type=float, metavar="MM", help="Of frames: unseen motion in a second. Default 0.05.")
+@outward_option
 @common
 def command(
     source: Path,
@@ -89,6 +99,7 @@ def command(
     min_support: float | None,
     motion_sigmas: float | None,
     drift: float | None,
+    viewpoint_mm: Place,
     threads: int,
     as_json: bool,
 ) -> int:
@@ -106,10 +117,10 @@ def command(
     if frames:
         if not out.is_dir():
             check_out(out)
-        told, words = _over_time(source, out, over_time, threads)
+        told, words = _over_time(source, out, viewpoint_mm, over_time, threads)
     else:
         check_out(out)
-        told, words = _in_space(source, out, in_space, threads)
+        told, words = _in_space(source, out, viewpoint_mm, in_space, threads)
     if as_json:
         print_json({"status": "ok"} | told | {"timing_ms": watch.ms()})
     else:
