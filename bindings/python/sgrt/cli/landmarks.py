@@ -35,7 +35,6 @@ def _model(
 
 
 def _print(found: Landmarks) -> None:
-    assert found.positions_mm is not None and found.covariance_mm2 is not None and found.scores is not None
     print(f"{'':18}{'x':>10}{'y':>10}{'z':>10}{'one sigma':>12}{'score':>8}")
     for name, place, covariance, score in zip(
         found.names, found.positions_mm, found.covariance_mm2, found.scores, strict=True
