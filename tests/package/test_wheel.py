@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 import zipfile
 
 import pytest
@@ -10,7 +11,7 @@ from conftest import ROOT, SCENE, built, run
 SYSTEM = {"libstdc++.so.6", "libgcc_s.so.1", "libm.so.6", "libc.so.6", "ld-linux-x86-64.so.2"}
 COPYLEFT = re.compile(r"cholmod|spqr|umfpack|suitesparse|cxsparse|glog|gomp|gmp|mpfr|fftw|gsl|readline|ceres")
 CV = "opencv-python-headless"  # opencv-python without its windows, which need the system's OpenGL
-BESIDE_OF = {"numpy 1.26": ["numpy==1.26.*", f"{CV}<4.12"], "numpy 2": ["numpy>=2", CV]}
+BESIDE_OF = {"numpy 1.26": ["numpy==1.26.*", f"{CV}<4.12", "click==8.1.*"], "numpy 2": ["numpy>=2", CV]}
 # A process that has both, loaded in the order of its first argument, does a job with each.
 BESIDE = """
 import sys
@@ -86,13 +87,17 @@ def test_licences_of_all_that_is_inside(unpacked):
 def test_in_a_clean_environment(wheel, packages, tmp_path):
     run("/usr/bin/python3", "-m", "venv", tmp_path / "venv")
     python, environment = tmp_path / "venv/bin/python", {"PATH": "/usr/bin:/bin"}
-    run(python, "-m", "pip", "install", "-q", "--disable-pip-version-check", wheel, packages[0])
+    run(python, "-m", "pip", "install", "-q", "--disable-pip-version-check", wheel, packages[0], *packages[2:])
     assert run(python, "-c", GPL, env=environment) == ""
     run(python, "-c", SCENE, cwd=tmp_path, env=environment)
     assert run(tmp_path / "venv/bin/sgrt", "--version", env=environment).startswith("sgrt ")
     options = ["--reference", "reference.ply", "--live", "live.ply", "--isocentre", "0", "0", "0", "--json"]
     result = json.loads(run(tmp_path / "venv/bin/sgrt", "register", *options, cwd=tmp_path, env=environment))
-    assert result["status"] == "ok"
+    found = [result["patient_displacement"][name] for name in ("lat_mm", "lng_mm", "vrt_mm")]
+    assert result["status"] == "ok" and found == pytest.approx([3, -2, 1.5], abs=0.05)
+    command = [tmp_path / "venv/bin/sgrt", "register", "--reference", "none.ply", *options[2:]]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "none.ply" in done.stderr
     run(python, "-m", "pip", "install", "-q", "--disable-pip-version-check", *packages)
     for order in ("cv2,sgrt", "sgrt,cv2"):
         lng_mm = float(run(python, "-c", BESIDE, order, cwd=tmp_path, env=environment))
