@@ -519,8 +519,8 @@ def test_register_residuals(run, room):
     one_line_about(error, "--residual")
 
 
-def test_an_error_with_a_click_that_does_not_know_no_arguments(monkeypatch, capsys):
+def test_an_error_with_a_click_that_does_not_know_no_arguments(monkeypatch, run):
     """Before click 8.2 there was no NoArgsIsHelpError, and every error was an AttributeError."""
-    monkeypatch.setattr(cli, "NO_ARGUMENTS", ())
-    assert cli.main(["filter", "none.ply", "--out", "out.ply"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    monkeypatch.setattr("sgrt.cli.NO_ARGUMENTS", ())
+    code, out, err = run("filter", "none.ply", "--out", "out.ply")
+    assert (code, out) == (2, "") and err.count("\n") == 1
