@@ -23,8 +23,7 @@ def test_holds_the_source_and_nothing_built(sdist):
 
 def test_a_wheel_builds_from_it(sdist, tmp_path):
     """In an environment that holds nothing: pip fetches what the build requires."""
-    with tarfile.open(sdist) as archive:
-        archive.extractall(tmp_path, filter="data")
+    run("tar", "-xf", sdist, "-C", tmp_path)
     (source,) = tmp_path.iterdir()
     run("/usr/bin/python3", "-m", "venv", tmp_path / "venv")
     pip = [tmp_path / "venv/bin/python", "-m", "pip", "--disable-pip-version-check"]
