@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/median.hpp"
+
 namespace sgrt {
 namespace {
 
@@ -13,12 +15,6 @@ constexpr double kFloor = 0.04;       // mm: two surfaces of one body are never 
 constexpr std::size_t kCentres = 20;  // of hypotheses
 constexpr std::size_t kPairCentres = 12;
 constexpr int kRounds = 14;
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 using Weights = std::vector<double>;
 
