@@ -85,8 +85,8 @@ def stub(folder):
     library has none, and its exports are the header's functions (test_exports.py)."""
     source, binary = Path(folder, "stub.c"), Path(folder, "libsgrt.so")
     source.write_text("#include <sgrt.h>\n" + "".join(f"{p} {{ __builtin_trap(); }}\n" for p in prototypes()))
-    soname = f"-Wl,-soname,libsgrt.so.{version()}"
-    run("gcc", "-std=c99", "-g", "-w", "-shared", "-fPIC", soname, "-I", HEADER.parent, source, "-o", binary)
+    flags = ["-std=c99", "-g", "-w", "-shared", "-fPIC", f"-ffile-prefix-map={folder}=.", "-I", HEADER.parent]
+    run("gcc", *flags, f"-Wl,-soname,libsgrt.so.{version()}", source, "-o", binary)
     return binary
 
 
