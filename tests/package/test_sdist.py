@@ -22,8 +22,8 @@ def test_holds_the_source_and_nothing_built(sdist):
 
 
 def test_a_wheel_builds_from_it(sdist, tmp_path):
-    """In an environment that holds nothing: pip fetches what the build requires. Its folder is where ccache, if there is
-    one, knows the objects."""
+    """In an environment that holds nothing: pip fetches what the build requires. The build lies where ccache, if there
+    is one, knows the objects."""
     run("tar", "-xf", sdist, "-C", tmp_path)
     (source,) = tmp_path.iterdir()
     run("/usr/bin/python3", "-m", "venv", tmp_path / "venv")
