@@ -6,7 +6,7 @@ build_packages=(g++ cmake ninja-build ccache pkg-config libeigen3-dev libflann-d
   nlohmann-json3-dev libgtest-dev)
 python_packages=(python3-venv python3-dev)
 # shellcheck disable=SC2034 # scripts/test uses it
-lint_packages=(clang-format clang-tidy shellcheck)
+lint_packages=(clang-format shellcheck)
 venv=$PWD/.venv
 
 # need_packages PACKAGE...: by apt, with sudo where not root.

@@ -51,7 +51,8 @@ std::int64_t check_data(const sgrt_surface_data& d) {
     } else {
       check_view(&d.modes, "data.modes", Kind::kReal, {kAny, d.points.shape[0], 3});
     }
-    if ((modes = d.modes.shape[0]) > kMaxModes)
+    modes = d.modes.shape[0];
+    if (modes > kMaxModes)
       refuse("data.modes", std::to_string(modes) + " modes", "at most " + std::to_string(kMaxModes));
   }
   const std::int64_t numbers =

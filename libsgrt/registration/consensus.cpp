@@ -91,6 +91,7 @@ std::vector<Weights> hypotheses(const Patches& patches, const Evidence& e) {
   }
   const std::size_t pairs = std::min(n, kPairCentres);
   std::vector<std::vector<std::uint8_t>> small;
+  small.reserve(pairs);
   for (std::size_t c = 0; c < pairs; ++c) small.push_back(ball(patches, e, c, 0.2));
   for (std::size_t a = 0; a < pairs; ++a) {
     for (std::size_t b = a + 1; b < pairs; ++b) add([&](std::size_t p) { return !small[a][p] && !small[b][p]; });

@@ -15,7 +15,7 @@ inline double normal_draw(Draw& draw) {
 }
 
 // A sphere's points, evenly spread (Fibonacci), with outward normals.
-inline Surface sphere(double radius, double spacing) {
+inline Surface sphere_cloud(double radius, double spacing) {
   const int n = static_cast<int>(4 * 3.14159265358979 * radius * radius / (spacing * spacing));
   Surface s;
   s.points.resize(n, 3);

@@ -11,7 +11,7 @@ namespace {
 
 using test::Draw;
 using test::normal_draw;
-using test::sphere;
+using test::sphere_cloud;
 using test::Wave;
 using test::wave;
 
@@ -47,7 +47,7 @@ TEST(ShapeCurvature, ConvergesWithTheSpacing) {
 
 // A quadric with parabolas for sections would be off by r^2 / (4 R^2): 4 % at 4 mm, 16 % at 8.
 TEST(ShapeCurvature, SphereHasNoBiasAtAnyRadius) {
-  const Surface s = sphere(10, 0.7);
+  const Surface s = sphere_cloud(10, 0.7);
   for (const double radius : {2.5, 5.0, 8.0}) {
     CurvatureOptions o;
     o.radius = radius;
@@ -66,7 +66,7 @@ TEST(ShapeCurvature, NoiseAndItsPrediction) {
     double sum = 0, predicted = 0;
     std::int64_t count = 0;
     for (int trial = 0; trial < 3; ++trial) {
-      Surface s = sphere(radius, 1);
+      Surface s = sphere_cloud(radius, 1);
       for (std::int64_t i = 0; i < s.size(); ++i) s.points.row(i) += 0.3 * normal_draw(draw) * s.normals.row(i);
       const CurvatureField f = surface_curvature(sgrt::Run{}, s, {});
       EXPECT_NEAR(f.noise, 0.3, 0.03);
@@ -115,7 +115,7 @@ TEST(ShapeCurvature, SigmasAsSampled) {
 
 TEST(ShapeCurvature, SameBitsAtAnyThreadsAndIsa) {
   Draw draw(13);
-  Surface s = sphere(15, 1.2);
+  Surface s = sphere_cloud(15, 1.2);
   for (std::int64_t i = 0; i < s.size(); ++i) s.points.row(i) += 0.2 * normal_draw(draw) * s.normals.row(i);
   const CurvatureField one = surface_curvature(sgrt::Run{}, s, {});
   ThreadPool pool(3);
