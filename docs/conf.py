@@ -1,4 +1,4 @@
-"""The documentation as a site (scripts/docs): Sphinx, Markdown by MyST, furo. All of it is local: no network is needed."""
+"""The documentation as a site (scripts/docs): Sphinx, Markdown by MyST, the theme furo. Everything in it is local."""
 
 import re
 import sys

@@ -156,6 +156,7 @@ static inline sgrt_view sgrt_view_of(const void *data, int32_t dtype, int64_t a,
   return v;
 }
 
+/* The same of an output. */
 static inline sgrt_mut_view sgrt_mut_view_of(void *data, int32_t dtype, int64_t a, int64_t b, int64_t c) {
   sgrt_view v = sgrt_view_of(data, dtype, a, b, c);
   sgrt_mut_view m;
@@ -614,6 +615,7 @@ SGRT_API sgrt_status sgrt_stereo_surface(const sgrt_stereo *result, sgrt_surface
 /* Session: the same pair again and again (live mode). Owns its buffers: the steady state allocates nothing. One thread at
  * a time. */
 typedef struct sgrt_stereo_session sgrt_stereo_session;
+/* Of one pair of the rig. options may be NULL. Errors as sgrt_stereo_match, but for those of images. since 0.1 */
 SGRT_API sgrt_status sgrt_stereo_session_create(sgrt_context *context, const sgrt_rig *rig, const char *pair_id,
                                                 const sgrt_stereo_options *options, sgrt_stereo_session **session);
 /* time_s: finite, must not decrease. *result is lent until the next push or the session's end: do not free it. Errors as
@@ -746,6 +748,7 @@ SGRT_API sgrt_status sgrt_laser_surface(const sgrt_laser *result, sgrt_surface *
 
 /* Session: the frames of a sweep one by one, as they come. One thread at a time. */
 typedef struct sgrt_laser_session sgrt_laser_session;
+/* Of one laser of the rig. stripe and options may be NULL. Errors as sgrt_laser_sweep, but for those of images. since 0.1 */
 SGRT_API sgrt_status sgrt_laser_session_create(sgrt_context *context, const sgrt_rig *rig, const char *laser_id,
                                                const sgrt_stripe_options *stripe, const sgrt_laser_options *options,
                                                sgrt_laser_session **session);
@@ -850,6 +853,7 @@ SGRT_API sgrt_status sgrt_tof_surface(sgrt_context *context, const sgrt_tof *res
 
 /* Session: the same unit again and again (live mode). Owns its rays and buffers: the steady state allocates nothing. One thread at a time. */
 typedef struct sgrt_tof_session sgrt_tof_session;
+/* Of one unit of the rig. options may be NULL. Errors as sgrt_tof_measure, but for those of taps. since 0.1 */
 SGRT_API sgrt_status sgrt_tof_session_create(sgrt_context *context, const sgrt_rig *rig, const char *tof_id,
                                              const sgrt_tof_options *options, sgrt_tof_session **session);
 /* taps, errors: as sgrt_tof_measure. time_s: finite, must not decrease. *result is lent until the next push or the session's end: do not free

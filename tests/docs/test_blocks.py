@@ -1,0 +1,85 @@
+"""Each block of Python and shell in README and the documentation runs, each block of C compiles.
+
+A block that needs a camera or a patient's data says so in a comment above it, `<!-- not run: WHY -->`; that its
+commands and options are there is checked all the same.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import subprocess
+
+import click
+import pytest
+from blocks import PAGES, ROOT, blocks, same
+from sgrt import cli
+
+pytest.importorskip("sgrt.twin")
+pytest.importorskip("matplotlib")
+
+
+def in_order():
+    """Blocks of Python and shell as a reader meets them."""
+    found = sorted(blocks("python") + blocks("shell"), key=lambda block: (PAGES.index(block.page), block.line))
+    return [block for block in found if block.why is None]
+
+
+@pytest.mark.parametrize("block", in_order(), ids=lambda block: block.name)
+def test_runs(block, pages, capfd):
+    if block.language == "python":
+        pages(block).python(block.code, block.name)
+        printed = capfd.readouterr().out
+    else:
+        printed = pages(block).shell(block.code)
+    for line in block.shown.strip().split("\n") if block.shown else []:
+        assert any(same(line, other) for other in printed.split("\n")), f"not printed: {line}\n{printed}"
+
+
+@pytest.mark.parametrize("block", blocks("c"), ids=lambda block: block.name)
+def test_c_compiles(block, tmp_path):
+    source = tmp_path / "block.c"
+    source.write_text(block.code)
+    warnings = ["-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+    done = subprocess.run(["gcc", *warnings, f"-I{ROOT}/include", source], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def commands(text):
+    """The calls of `sgrt` in a block of shell: lists of words."""
+    for line in text.replace("\\\n", " ").split("\n"):
+        words = shlex.split(line, comments=True)
+        if words[:1] == ["sgrt"]:
+            yield words[1:]
+
+
+@pytest.mark.parametrize("block", blocks("shell"), ids=lambda block: block.name)
+def test_commands_and_options_are_there(block):
+    for words in commands(block.code):
+        command = cli.group
+        while isinstance(command, click.Group) and words and words[0] in command.commands:
+            command = command.commands[words.pop(0)]
+        assert command is not cli.group, words
+        known = {option for parameter in command.params for option in parameter.opts} | {"--help", "--version"}
+        assert not [word for word in words if word.startswith("--") and word not in known], words
+
+
+def test_what_is_not_run_says_why():
+    for block in blocks("shell") + blocks("python"):
+        assert block.why is None or len(block.why.split()) > 2, block.name
+
+
+@pytest.mark.parametrize("block", blocks("json"), ids=lambda block: block.name)
+def test_json_parses(block):
+    json.loads(block.code)
+
+
+def test_code_is_fenced():
+    """An indented block would be neither coloured nor tested."""
+    for page in PAGES:
+        if "theory" in page.parts or page.name in ("formats.md", "changelog.md", "results.md"):
+            continue
+        text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.S | re.M)
+        code = re.findall(r"(?:^|\n\n) {4}(?:import |from \w+ import|sgrt |\./|#include|pip |cmake )[^\n]*", text)
+        assert not code, f"{page}: {code[0]}"
