@@ -623,6 +623,23 @@ SGRT_API sgrt_status sgrt_stereo_session_create(sgrt_context *context, const sgr
  * *result (sgrt_stereo_surface) outlives the next push. since 0.1 */
 SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo_session *session, const sgrt_view *left,
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
+
+typedef struct sgrt_stereo_prior_options {
+  uint32_t struct_size;
+  int32_t follow;  /* 1: each result is the prior of the next push; default 0 */
+  double band_mm;  /* along the line of sight: what has moved further gets SGRT_REASON_MOVED; above 0, at most 1000; default 25 */
+} sgrt_stereo_prior_options;
+SGRT_API sgrt_status sgrt_stereo_prior_options_init(sgrt_stereo_prior_options *options, size_t size);
+
+/* Live mode: the pushes that follow search only near `prior` (a reference, an earlier surface, any cloud of chosen points; room
+ * axes), only where it lies in `roi`, and prefilter only what shows that. The grid is that part of the rectified left image;
+ * what of it lies beside the region is SGRT_REASON_OUT_OF_VOLUME. The prior says where to look, never what is found: a match
+ * must correlate and agree left-right as without it. prior NULL: as before. roi may be NULL: all of the prior. options may be NULL.
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 3 points of the prior lie in roi and where both cameras see. The session is as before. since 0.1 */
+SGRT_API sgrt_status sgrt_stereo_session_set_prior(sgrt_context *context, sgrt_stereo_session *session,
+                                                   const sgrt_surface *prior, const sgrt_roi *roi,
+                                                   const sgrt_stereo_prior_options *options);
+
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
 
 /* -------------------------------------------------------------------------------------------------------- stripe */
@@ -864,20 +881,6 @@ SGRT_API sgrt_status sgrt_tof_session_push(sgrt_context *context, sgrt_tof_sessi
  * sgrt_tof_free; once no handle holds it the session uses it again. since 0.1 */
 SGRT_API sgrt_status sgrt_tof_keep(const sgrt_tof *lent, sgrt_tof **result);
 SGRT_API void sgrt_tof_session_free(sgrt_tof_session *session);
-typedef struct sgrt_stereo_prior_options {
-  uint32_t struct_size;
-  int32_t follow;  /* 1: each result is the prior of the next push; default 0 */
-  double band_mm;  /* along the line of sight: what has moved further gets SGRT_REASON_MOVED; above 0, at most 1000; default 25 */
-} sgrt_stereo_prior_options;
-SGRT_API sgrt_status sgrt_stereo_prior_options_init(sgrt_stereo_prior_options *options, size_t size);
-/* Live mode: the pushes that follow search only near `prior` (a reference, an earlier surface, any cloud of chosen points; room
- * axes), only where it lies in `roi`, and prefilter only what shows that. The grid is that part of the rectified left image;
- * what of it lies beside the region is SGRT_REASON_OUT_OF_VOLUME. The prior says where to look, never what is found: a match
- * must correlate and agree left-right as without it. prior NULL: as before. roi may be NULL: all of the prior. options may be NULL.
- * SGRT_E_INSUFFICIENT_DATA  fewer than 3 points of the prior lie in roi and where both cameras see. The session is as before. since 0.1 */
-SGRT_API sgrt_status sgrt_stereo_session_set_prior(sgrt_context *context, sgrt_stereo_session *session,
-                                                   const sgrt_surface *prior, const sgrt_roi *roi,
-                                                   const sgrt_stereo_prior_options *options);
 
 /* --------------------------------------------------------------------------------------------------- nurbs_curve */
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 
 ERROR = re.compile(r"^(SGRT_E_\w+(?:, SGRT_E_\w+)*|statuses 10-19)(?:\.?$|\s{2,})(.*)")
 THEORY = re.compile(r"docs/((?:theory/)?\w+)\.md")
@@ -310,6 +311,16 @@ def generate(app: Sphinx) -> None:
             path.write_text(text)
 
 
+def read_together(app: Sphinx, env: BuildEnvironment, names: list[str]) -> None:
+    """One page of the manual changed: all are read anew, for a declaration that moved would be there twice."""
+    manual = {name for name in env.found_docs if name.startswith("c/")}
+    if manual & set(names):
+        for name in manual & set(env.all_docs):
+            env.clear_doc(name)
+        names += sorted(manual - set(names))
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("builder-inited", generate)
+    app.connect("env-before-read-docs", read_together)
     return {"parallel_read_safe": True}
