@@ -70,6 +70,10 @@ static sgrt_status look(Room* room, Patient patient, double time_s, sgrt_surface
   const sgrt_view left = sgrt_view_of(images[kLeft], SGRT_U8, kHeight, kWidth, 0);
   const sgrt_view right = sgrt_view_of(images[kRight], SGRT_U8, kHeight, kWidth, 0);
   sgrt_status status = sgrt_stereo_session_push(room->context, room->stereo, &left, &right, time_s, &pod);
+  sgrt_stereo_info info = {.struct_size = sizeof info};
+  if (!status) status = sgrt_stereo_summary(pod, &info);
+  /* The images contradict the rig: depths are wrong by an unknown amount, so there is no surface. */
+  if (!status && info.out_of_calibration) return SGRT_E_NOT_FOUND;
   if (!status) status = sgrt_stereo_surface(pod, surface);
   return status;
 }

@@ -24,6 +24,15 @@ Path("rig.json").write_text(room.rig_json())
 taken = room.capture(twin.torso(), seed=1)
 images = {pod: [taken[name] for name in names] for pod, names in room.pairs.items()}
 """,
+    "docs/howto-python.md": """
+from pathlib import Path
+import sgrt
+from sgrt import twin
+room = twin.Room(1)
+Path("rig.json").write_text(room.rig_json())
+for side, image in zip(("left", "right"), room.capture(twin.torso(), seed=1, cameras=room.pairs["pod1"]).values()):
+    sgrt.io.write_image(f"{side}.png", image)
+""",
 }
 
 

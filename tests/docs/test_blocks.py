@@ -7,9 +7,11 @@ commands and options are there is checked all the same.
 from __future__ import annotations
 
 import json
+import os
 import re
 import shlex
 import subprocess
+from pathlib import Path
 
 import click
 import pytest
@@ -46,6 +48,18 @@ def test_c_compiles(block, tmp_path):
     assert done.returncode == 0, done.stderr
 
 
+def test_the_how_to_shows_what_its_example_prints(tmp_path):
+    build = Path(os.environ.get("SGRT_BUILD_DIR", ROOT / "build/dev"))
+    library = [f"-I{ROOT}/include", f"-L{build}", f"-Wl,-rpath,{build}", "-lsgrt", "-lm"]
+    subprocess.run(["gcc", "-O1", ROOT / "examples/05_capture_loop.c", "-o", tmp_path / "loop", *library], check=True)
+    printed = subprocess.run([tmp_path / "loop"], capture_output=True, text=True, check=True).stdout.strip().split("\n")
+    page = (ROOT / "docs/howto-c.md").read_text()
+    shown = re.search(r"```text\n(.*?)^```", page, re.S | re.M)[1].strip().split("\n")
+    assert len(shown) == len(printed)
+    for line, other in zip(shown, printed, strict=True):
+        assert same(line, other), f"{line}\n{other}"
+
+
 def commands(text):
     """The calls of `sgrt` in a block of shell: lists of words."""
     for line in text.replace("\\\n", " ").split("\n"):
@@ -68,6 +82,8 @@ def test_commands_and_options_are_there(block):
 def test_what_is_not_run_says_why():
     for block in blocks("shell") + blocks("python"):
         assert block.why is None or len(block.why.split()) > 2, block.name
+        if block.language == "python":
+            compile(block.code, block.name, "exec")
 
 
 @pytest.mark.parametrize("block", blocks("json"), ids=lambda block: block.name)

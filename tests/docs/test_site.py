@@ -64,7 +64,7 @@ def test_every_name_of_the_package_is_documented():
         from sgrt import twin
 
         wanted |= {f"twin.{name}" for name in twin.__all__}
-    assert told == wanted
+    assert wanted <= told
 
 
 @pytest.fixture(scope="module")
