@@ -1,5 +1,6 @@
 """The site tells everything: each function of sgrt.h, each name of the package, each command; all of it offline."""
 
+import html
 import importlib.util
 import re
 import sys
@@ -53,6 +54,37 @@ def test_every_function_is_explained():
             if item.kind == "function" and not told:
                 assert above is not None and above.kind == "function" and item.under, f"{section.name}: {item.name}"
             above = item
+
+
+def shown(mathml):
+    """The text of MathML as its source would write it, without spaces, braces and marks of scripts."""
+    equations = pytest.importorskip("equations")
+    text = html.unescape(re.sub(r"<[^>]*>", "", mathml.replace("<msqrt>", "sqrt")))
+    for word, letter in equations.LETTERS.items():
+        text = text.replace(letter, word)
+    for sign, letter in equations.SIGNS.items():
+        text = text.replace(letter, sign)
+    text = text.replace("√", "sqrt").replace("′", "'").replace("\u0303", "~").replace("·", ".").replace("∼", "~")
+    return re.sub(r"[\s(){}_^]", "", text)
+
+
+def test_equations_lose_nothing():
+    """Each line of the theory's equations is set, and holds what its source does; the frames' matrix stays text."""
+    equations = __import__("equations")
+    count, plain = 0, []
+    for page in sorted((ROOT / "docs/theory").glob("*.md")):
+        text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.S | re.M)
+        for block in re.findall(r"\n\n((?: {4}[^\n]*\n)+)", text):
+            try:
+                equations.lines(block)
+            except equations.NotMath:
+                plain.append(page.name)
+                continue
+            for line in block.rstrip("\n").split("\n"):
+                source = equations.NUMBER.sub("", line)
+                assert shown(equations.math(source.strip())) == re.sub(r"[\s(){}_^]", "", source), line
+                count += 1
+    assert count > 150 and plain == ["frames.md"]
 
 
 def test_every_name_of_the_package_is_documented():
