@@ -115,7 +115,8 @@ def atom(match: re.Match[str], before: str) -> str:
         return f'<mo stretchy="false" lspace="0" rspace="0">{sign}</mo>'
     if sign == "/":
         return '<mo lspace="0.1em" rspace="0.1em">/</mo>'
-    unary = sign == "−" and (not before or before in ("=", "(", "[", ",", "/", "|", "+", "-", "<", ";", "→"))
+    tight = not match.string[match.end() : match.end() + 1].isspace()
+    unary = sign == "−" and (not before or before in "=([,/+-<;→" or (before == "|" and tight))
     return f'<mo form="prefix">{sign}</mo>' if unary else f"<mo>{escape(sign)}</mo>"
 
 
@@ -169,13 +170,13 @@ def lines(block: str) -> list[str]:
 
 RAISED = str.maketrans("-0123456789T", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹ᵀ")
 POWER = re.compile(r"(?<=[\w)\]|'])\^(-?\d+|T)(?![\w(])")
-LETTER = re.compile(rf"\b(?:({'|'.join(GREEK)})(?![^\W\d_])|({'|'.join(WORDS)})(?=[_²⁻ᵀ'(]|\d\b| [=<>+/] ))")
+LETTER = re.compile(rf"\b(?:({'|'.join(GREEK)})(?![^\W\d_])|({'|'.join(WORDS)})(?=[_^'(]|\d\b| [=<>+/] ))")
 
 
 def prose(text: str) -> str:
     """Powers and Greek letters within a sentence."""
-    text = POWER.sub(lambda match: match[1].translate(RAISED), text)
-    return LETTER.sub(lambda match: LETTERS[match.group()], text)
+    text = LETTER.sub(lambda match: LETTERS[match.group()], text)
+    return POWER.sub(lambda match: match[1].translate(RAISED), text)
 
 
 class Equations(SphinxTransform):

@@ -79,6 +79,45 @@ def test_commands_and_options_are_there(block):
         assert not [word for word in words if word.startswith("--") and word not in known], words
 
 
+def formats_calls():
+    """The calls that docs/formats.md states: the command and the options on its lines."""
+    text = (ROOT / "docs/formats.md").read_text().partition("## The command line")[2]
+    for call in re.split(r"^ {4}sgrt ", text, flags=re.M)[1:]:
+        words = re.split(r"\n\n", call)[0].split()
+        group, name = cli.group, []
+        while isinstance(group, click.Group) and any(word in group.commands for word in words[0].split("|")):
+            name.append(words.pop(0))
+            group = group.commands[name[-1].split("|")[0]]
+        yield " ".join(name), group, set(re.findall(r"--[a-z][a-z-]*", call))
+
+
+def test_formats_states_every_command_with_options_that_exist():
+    told = set()
+    for name, command, options in formats_calls():
+        head, _, last = name.rpartition(" ")
+        told |= {f"{head} {word}".strip() for word in last.split("|")}
+        known = {option for parameter in command.params for option in parameter.opts}
+        assert options <= known | {"--help"}, name
+
+    def names(group, head):
+        for name, command in group.commands.items():
+            if not (isinstance(command, click.Group) and not command.invoke_without_command):
+                yield f"{head} {name}".strip()
+            if isinstance(command, click.Group):
+                yield from names(command, name)
+
+    assert set(names(cli.group, "")) <= told
+
+
+def test_formats_states_every_schema():
+    page = (ROOT / "docs/formats.md").read_text()
+    sources = [*(ROOT / "bindings/python").rglob("*.py"), *(ROOT / "libsgrt").rglob("*.cpp")]
+    schemas = {found for path in sources for found in re.findall(r"sgrt-[a-z-]+/\d", path.read_text())}
+    assert (
+        schemas and {schema for schema in schemas if f"`{schema}`" not in page and f'"{schema}"' not in page} == set()
+    )
+
+
 def test_what_is_not_run_says_why():
     for block in blocks("shell") + blocks("python"):
         assert block.why is None or len(block.why.split()) > 2, block.name
