@@ -30,7 +30,7 @@ nitpicky = True
 nitpick_ignore = [("c:identifier", name) for name in ("int32_t", "uint32_t", "int64_t", "size_t", "uint8_t")]
 # numpy's and Python's own types: their pages are elsewhere, and there may be no network.
 OUTSIDE = (
-    r"(numpy|np|npt|ArrayLike|NDArray|Array|Images|float64|uint8|Buffer|collections|typing|pathlib|os|Path|Any|click|dict\[str"
+    r"(numpy|np|npt|ArrayLike|NDArray|Array|Images|float64|uint8|Buffer|collections|typing|pathlib|os|Path|PathLike|Any|click|dict\[str"
     r"|optional|Iterator|Sequence|Mapping|Iterable|Callable|Literal|ClassVar|SupportsIndex)\b.*"
 )
 nitpick_ignore_regex = [("py:.*", OUTSIDE)]

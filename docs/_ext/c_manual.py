@@ -190,7 +190,7 @@ class Writer:
     def inline(self, text: str) -> str:
         """One paragraph: names become links, the rest is taken as it stands."""
         parts = re.split(
-            r"(docs/(?:theory/)?\w+\.md|\*\*[^*]+\*\*|`[^`]+`|\b(?:sgrt|SGRT)_\w+(?:\.\.\.)?|\b\w+_\w+\b)", text
+            r"(docs/(?:theory/)?\w+\.md|\*\*[^*]+\*\*|`[^`]+`|\b(?:sgrt|SGRT)_\w+(?:\.\.\.|\(\))?|\b\w+_\w+\b)", text
         )
         done = []
         for i, part in enumerate(parts):
@@ -200,8 +200,8 @@ class Writer:
                 done.append(f":doc:`/{match[1]}`\\ ")
             elif part.startswith("**"):
                 done.append(part)
-            elif part in self.names:
-                done.append(f":{self.names[part]}:`{part}`\\ ")
+            elif part.removesuffix("()") in self.names:
+                done.append(f":{self.names[part.removesuffix('()')]}:`{part.removesuffix('()')}`\\ ")
             else:
                 done.append(f"``{part.strip('`')}``\\ ")
         return "".join(done).replace("\\  ", " ").strip().removesuffix("\\").rstrip()
@@ -292,7 +292,13 @@ def index(header: str, found: list[Section], writer: Writer) -> str:
     ]
     for paragraph in opening:
         lines += [writer.inline(" ".join(paragraph.split())), ""]
-    return "\n".join([*lines, ".. toctree::", "", *(f"   {section.name}" for section in found), ""])
+    lines += [".. list-table::", "   :class: members", "   :widths: 20 80", ""]
+    for section in found:
+        about = next((item.comment for item in section.items if item.comment), "")
+        sentence = re.split(r"(?<!eq)(?<=[a-z)])\.(?:\s|$)", " ".join(about.split()))[0]
+        lines += [f"   * - :doc:`{section.name}`", f"     - {writer.inline(sentence)}"]
+    lines += ["", ".. toctree::", "   :hidden:", "", *(f"   {section.name}" for section in found), ""]
+    return "\n".join(lines)
 
 
 def generate(app: Sphinx) -> None:

@@ -12,7 +12,13 @@ from sphinx.application import Sphinx
 
 # pybind11's types to what a reader wants to know.
 TYPES = (
-    (r"\bsgrt\._core\.", "sgrt."),
+    (r"~?\bsgrt\._core\.", "sgrt."),
+    (
+        r"~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[~?(?:numpy|typing)\.(\w+)\]\]",
+        r"NDArray[\1]",
+    ),
+    (r"~?numpy\._typing\._array_like\._Buffer \|.*?\[complex \| bytes \| str\]", "ArrayLike"),
+    (r"str \| ~?os\.PathLike\[str\]", "PathLike"),
     (r"typing\.SupportsInt \| typing\.SupportsIndex", "int"),
     (r"typing\.SupportsFloat \| typing\.SupportsIndex", "float"),
     (r"numpy\.typing\.NDArray\[numpy\.(\w+)\]", r"NDArray[\1]"),
@@ -37,6 +43,8 @@ def signature(app: Sphinx, what: str, name: str, obj: Any, options: Any, argumen
 def docstring(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     """Plain text to reStructuredText: nothing in it is markup but `names` and indented examples."""
     done: list[str] = []
+    if isinstance(obj, type) and (made := re.match(r"__init__(\(.*\)) -> None", obj.__init__.__doc__ or "")):
+        done += [".. code-block:: python", "", f"   {obj.__name__}{shorter(made[1])}", ""]
     names = set(re.findall(r"(\w+):", signature_line(obj)))
     for paragraph in re.split(r"\n\s*\n", "\n".join(lines).strip()):
         if all(line.startswith("    ") for line in paragraph.split("\n")) and done:
@@ -75,12 +83,14 @@ def python_parameters(obj: Any) -> str:
 
 def inline(text: str) -> str:
     """`names` become literal, exceptions links; the rest is taken as it stands."""
-    parts = re.split(r"(`[^`]+`|\b(?:" + "|".join(EXCEPTIONS) + r")\b)", text)
+    parts = re.split(r"(`[^`]+`|\b(?:sgrt\.)?(?:" + "|".join(EXCEPTIONS) + r")\b)", text)
     for i, part in enumerate(parts):
         if i % 2 == 0:
             parts[i] = escaped(part)
         else:
-            parts[i] = f"``{part.strip('`')}``" if part.startswith("`") else f":py:class:`~sgrt.{part}`"
+            parts[i] = (
+                f"``{part.strip('`')}``" if part.startswith("`") else f":py:class:`~sgrt.{part.removeprefix('sgrt.')}`"
+            )
     return "".join(parts)
 
 

@@ -53,7 +53,7 @@ def same(shown: str, printed: str) -> bool:
 
 def close(a: str, b: str) -> bool:
     try:
-        x, y = float(a.rstrip(",%;")), float(b.rstrip(",%;"))
+        x, y = (float(word.strip("[](),%;")) for word in (a, b))
     except ValueError:
         return a == b
     return a == b or abs(x - y) <= max(0.02, 0.05 * abs(x))
