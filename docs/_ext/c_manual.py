@@ -167,8 +167,8 @@ def escaped(text: str) -> str:
     return re.sub(r"([\\*`|_])", r"\\\1", text)
 
 
-def by_parameter(text: str, names: set[str]) -> tuple[str, list[tuple[str, str]]]:
-    """A paragraph cut where it speaks of parameters ("left, right: H x W. stride: ..."): its opening, then each."""
+def by_parameter(text: str, names: set[str]) -> tuple[str, list[tuple[str, str]], str]:
+    """A paragraph cut where it speaks of parameters ("left, right: H x W. stride: ..."): its opening, each, its end."""
     parts = re.split(r"(?:^|(?<=[.;] ))(\*?\w+(?:(?:, | and )\*?\w+)*): ", text)
     opening, found = parts[0], []
     for who, what in zip(parts[1::2], parts[2::2], strict=True):
@@ -178,7 +178,12 @@ def by_parameter(text: str, names: set[str]) -> tuple[str, list[tuple[str, str]]
             found[-1] = (found[-1][0], f"{found[-1][1]} {who}: {what}".strip())
         else:
             opening += f"{who}: {what}"
-    return opening.strip(), found
+    ending = ""
+    if found:  # what comes behind the last parameter's first sentence is of the whole
+        who, what = found[-1]
+        first, *rest = re.split(r"(?<=\w)\. (?=[A-Z*(]|\w+ may be NULL)", what, maxsplit=1)
+        found[-1], ending = (who, first + "." if rest else first), "".join(rest)
+    return opening.strip(), found, ending
 
 
 class Writer:
@@ -221,10 +226,10 @@ class Writer:
                 paragraph.append(line.strip())
                 continue
             if paragraph:
-                opening, rest = by_parameter(" ".join(paragraph), set(parameters))
+                opening, rest, ending = by_parameter(" ".join(paragraph), set(parameters))
                 lines += [indent + self.inline(opening), ""] if opening else []
                 lines += [f"{indent}- **{escaped(who)}**: {self.inline(what)}" for who, what in rest]
-                lines += [""] if rest else []
+                lines += ["", indent + self.inline(ending), ""] if rest else []
                 paragraph = []
         for code, cause in errors:
             words = " ".join(filter(None, cause)).rstrip(". ")

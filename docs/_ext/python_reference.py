@@ -54,9 +54,9 @@ def docstring(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: 
             re.split(r"(?:^|\n)C: ", paragraph) if re.search(r"(?:^|\n)C: ", paragraph) else (paragraph, "")
         )
         text, raises = (*re.split(r"\bRaises:? ", " ".join(" ".join(text).split()), maxsplit=1), "")[:2]
-        opening, parameters = by_parameter(text, names)
+        opening, parameters, ending = by_parameter(text, names)
         done += [inline(opening), ""]
-        done += [f"- **{escaped(who)}**: {inline(told)}" for who, told in parameters] + [""]
+        done += [f"- **{escaped(who)}**: {inline(told)}" for who, told in parameters] + ["", inline(ending), ""]
         done += [f"**Raises** {inline(raises)}", ""] if raises else []
         done += (
             ["C: " + ", ".join(f":c:func:`{found}`" for found in re.findall(r"sgrt_\w+", c_names)), ""]

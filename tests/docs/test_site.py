@@ -4,6 +4,7 @@ import html
 import importlib.util
 import re
 import sys
+from collections import Counter
 
 import click
 import pytest
@@ -42,6 +43,18 @@ def test_every_struct_and_number_has_an_entry():
     assert set(re.findall(r"typedef struct (\w+)", text)) <= names.keys()
     enums = set(re.findall(r"\b(SGRT_[A-Z]\w+) = ", text))
     assert enums and enums <= names.keys()
+
+
+def test_the_manual_loses_no_word():
+    c_manual = manual()
+    found = c_manual.sections(HEADER)
+    writer = c_manual.Writer(c_manual.roles(found))
+    for section in found:
+        page = Counter(re.findall(r"\w+", writer.page(section).replace("\\", "")))
+        for item in section.items:
+            for text in (item.comment, *(comment for _, comment in item.members)):
+                lost = Counter(re.findall(r"\w+", text)) - page
+                assert lost.keys() <= {"docs", "md"}, f"{section.name}: {item.name}: {lost}"
 
 
 def test_every_function_is_explained():
