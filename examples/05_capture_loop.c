@@ -192,7 +192,8 @@ static double speckle(double x, double y) {
 static void capture(int side, Patient patient, uint8_t* image) {
   const double centre = side == kLeft ? -80 : 80;
   for (int i = 0; i < kHeight * kWidth; ++i) {
-    const double dx = (i % kWidth - 319.5) / 1200, dy = -(i / kWidth - 239.5) / 1200;
+    const int row = i / kWidth, column = i % kWidth;
+    const double dx = (column - 319.5) / 1200, dy = -(row - 239.5) / 1200;
     double x = 0, y = 0, z = 0;
     for (int k = 0; k < 8; ++k) { /* the ray meets the skin */
       x = centre + dx * (1000 - z), y = dy * (1000 - z);
