@@ -308,6 +308,7 @@ def index(header: str, found: list[Section], writer: Writer) -> str:
 
 def generate(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "c"
+    folder.mkdir(exist_ok=True)
     header = (Path(app.srcdir).parent / "include/sgrt.h").read_text()
     found = sections(header)
     writer = Writer(roles(found))
