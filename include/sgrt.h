@@ -156,6 +156,7 @@ static inline sgrt_view sgrt_view_of(const void *data, int32_t dtype, int64_t a,
   return v;
 }
 
+/* The same of an output. */
 static inline sgrt_mut_view sgrt_mut_view_of(void *data, int32_t dtype, int64_t a, int64_t b, int64_t c) {
   sgrt_view v = sgrt_view_of(data, dtype, a, b, c);
   sgrt_mut_view m;
@@ -614,6 +615,7 @@ SGRT_API sgrt_status sgrt_stereo_surface(const sgrt_stereo *result, sgrt_surface
 /* Session: the same pair again and again (live mode). Owns its buffers: the steady state allocates nothing. One thread at
  * a time. */
 typedef struct sgrt_stereo_session sgrt_stereo_session;
+/* Of one pair of the rig. options may be NULL. Errors as sgrt_stereo_match, but for those of images. since 0.1 */
 SGRT_API sgrt_status sgrt_stereo_session_create(sgrt_context *context, const sgrt_rig *rig, const char *pair_id,
                                                 const sgrt_stereo_options *options, sgrt_stereo_session **session);
 /* time_s: finite, must not decrease. *result is lent until the next push or the session's end: do not free it. Errors as
@@ -621,6 +623,23 @@ SGRT_API sgrt_status sgrt_stereo_session_create(sgrt_context *context, const sgr
  * *result (sgrt_stereo_surface) outlives the next push. since 0.1 */
 SGRT_API sgrt_status sgrt_stereo_session_push(sgrt_context *context, sgrt_stereo_session *session, const sgrt_view *left,
                                               const sgrt_view *right, double time_s, const sgrt_stereo **result);
+
+typedef struct sgrt_stereo_prior_options {
+  uint32_t struct_size;
+  int32_t follow;  /* 1: each result is the prior of the next push; default 0 */
+  double band_mm;  /* along the line of sight: what has moved further gets SGRT_REASON_MOVED; above 0, at most 1000; default 25 */
+} sgrt_stereo_prior_options;
+SGRT_API sgrt_status sgrt_stereo_prior_options_init(sgrt_stereo_prior_options *options, size_t size);
+
+/* Live mode: the pushes that follow search only near `prior` (a reference, an earlier surface, any cloud of chosen points; room
+ * axes), only where it lies in `roi`, and prefilter only what shows that. The grid is that part of the rectified left image;
+ * what of it lies beside the region is SGRT_REASON_OUT_OF_VOLUME. The prior says where to look, never what is found: a match
+ * must correlate and agree left-right as without it. prior NULL: as before. roi may be NULL: all of the prior. options may be NULL.
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 3 points of the prior lie in roi and where both cameras see. The session is as before. since 0.1 */
+SGRT_API sgrt_status sgrt_stereo_session_set_prior(sgrt_context *context, sgrt_stereo_session *session,
+                                                   const sgrt_surface *prior, const sgrt_roi *roi,
+                                                   const sgrt_stereo_prior_options *options);
+
 SGRT_API void sgrt_stereo_session_free(sgrt_stereo_session *session);
 
 /* -------------------------------------------------------------------------------------------------------- stripe */
@@ -746,6 +765,7 @@ SGRT_API sgrt_status sgrt_laser_surface(const sgrt_laser *result, sgrt_surface *
 
 /* Session: the frames of a sweep one by one, as they come. One thread at a time. */
 typedef struct sgrt_laser_session sgrt_laser_session;
+/* Of one laser of the rig. stripe and options may be NULL. Errors as sgrt_laser_sweep, but for those of images. since 0.1 */
 SGRT_API sgrt_status sgrt_laser_session_create(sgrt_context *context, const sgrt_rig *rig, const char *laser_id,
                                                const sgrt_stripe_options *stripe, const sgrt_laser_options *options,
                                                sgrt_laser_session **session);
@@ -850,6 +870,7 @@ SGRT_API sgrt_status sgrt_tof_surface(sgrt_context *context, const sgrt_tof *res
 
 /* Session: the same unit again and again (live mode). Owns its rays and buffers: the steady state allocates nothing. One thread at a time. */
 typedef struct sgrt_tof_session sgrt_tof_session;
+/* Of one unit of the rig. options may be NULL. Errors as sgrt_tof_measure, but for those of taps. since 0.1 */
 SGRT_API sgrt_status sgrt_tof_session_create(sgrt_context *context, const sgrt_rig *rig, const char *tof_id,
                                              const sgrt_tof_options *options, sgrt_tof_session **session);
 /* taps, errors: as sgrt_tof_measure. time_s: finite, must not decrease. *result is lent until the next push or the session's end: do not free
@@ -860,20 +881,6 @@ SGRT_API sgrt_status sgrt_tof_session_push(sgrt_context *context, sgrt_tof_sessi
  * sgrt_tof_free; once no handle holds it the session uses it again. since 0.1 */
 SGRT_API sgrt_status sgrt_tof_keep(const sgrt_tof *lent, sgrt_tof **result);
 SGRT_API void sgrt_tof_session_free(sgrt_tof_session *session);
-typedef struct sgrt_stereo_prior_options {
-  uint32_t struct_size;
-  int32_t follow;  /* 1: each result is the prior of the next push; default 0 */
-  double band_mm;  /* along the line of sight: what has moved further gets SGRT_REASON_MOVED; above 0, at most 1000; default 25 */
-} sgrt_stereo_prior_options;
-SGRT_API sgrt_status sgrt_stereo_prior_options_init(sgrt_stereo_prior_options *options, size_t size);
-/* Live mode: the pushes that follow search only near `prior` (a reference, an earlier surface, any cloud of chosen points; room
- * axes), only where it lies in `roi`, and prefilter only what shows that. The grid is that part of the rectified left image;
- * what of it lies beside the region is SGRT_REASON_OUT_OF_VOLUME. The prior says where to look, never what is found: a match
- * must correlate and agree left-right as without it. prior NULL: as before. roi may be NULL: all of the prior. options may be NULL.
- * SGRT_E_INSUFFICIENT_DATA  fewer than 3 points of the prior lie in roi and where both cameras see. The session is as before. since 0.1 */
-SGRT_API sgrt_status sgrt_stereo_session_set_prior(sgrt_context *context, sgrt_stereo_session *session,
-                                                   const sgrt_surface *prior, const sgrt_roi *roi,
-                                                   const sgrt_stereo_prior_options *options);
 
 /* --------------------------------------------------------------------------------------------------- nurbs_curve */
 

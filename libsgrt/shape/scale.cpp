@@ -205,7 +205,8 @@ class Chooser {
       Drift sum;
       for (std::size_t k = 0; k < radii_.size(); ++k) {
         if (k + kApart < radii_.size()) add_drifts(i, k, order, &sum);
-        if (!rungs[k].found) continue;
+        // The rungs beyond the largest radius are there to tell the drift, not to be chosen.
+        if (!rungs[k].found || (k > 0 && options_.radius == 0 && radii_[k] > options_.max_radius * 1.001)) continue;
         const double power = std::pow(radii_[k], 2 * order);
         const double mean2 = sum.count > 0 ? std::max(0.0, sum.mean / sum.count * power) : 0;
         const double tensor2 = sum.count > 0 ? std::max(0.0, sum.tensor / sum.count * power) : 0;

@@ -91,6 +91,17 @@ def test_what_is_refused():
         sgrt.surface_curvature(sgrt.Surface(points, normals=normals), radius_mm=0.5)
 
 
+@pytest.mark.parametrize("most", [6.0, 25.0])
+def test_no_radius_is_chosen_beyond_the_largest(most):
+    """On flat noisy skin the widest disc is the best: it stops at max_radius_mm all the same."""
+    rng = np.random.default_rng(3)
+    x, y = np.meshgrid(*[np.arange(-45.0, 46, 1.5)] * 2)
+    points = np.stack([x, y, rng.normal(0, 0.3, x.shape)], -1)
+    surface = sgrt.Surface(points, normals=np.broadcast_to([0.0, 0, 1], points.shape))
+    radius = sgrt.surface_curvature(surface, max_radius_mm=most).radius_mm
+    assert 0.6 * most < np.nanmax(radius) <= 1.001 * most
+
+
 def test_features():
     points, normals, _ = wave(61)
     surface = sgrt.Surface(points, normals=normals)

@@ -291,3 +291,5 @@ def test_no_frame_with_a_pose(run, captures, tmp_path):
     code, out, _ = run("track", tmp_path, *command(captures)[2:], "--json-lines")
     assert code == 1
     assert [json.loads(line)["beam"] for line in out.splitlines()] == ["hold", "hold"]
+    code, out, _ = run("track", tmp_path, *command(captures)[2:], "--json")
+    assert code == 1 and json.loads(out)["status"] == "not_found"  # never ok with another exit code than 0

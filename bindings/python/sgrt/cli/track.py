@@ -212,7 +212,8 @@ def command(
                 _print(line)
     summary = summary_of(lines)
     if as_json:
-        print_json({"schema": SCHEMA, "status": "ok", "frames": lines, "summary": summary})
+        status = "ok" if summary["poses"] else "not_found"
+        print_json({"schema": SCHEMA, "status": status, "frames": lines, "summary": summary})
     elif not json_lines:
         took = summary["timing_ms"]
         print(
