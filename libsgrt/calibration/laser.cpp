@@ -496,6 +496,8 @@ LaserCalibration solve_laser(const Run& run, const Rig& rig, const std::string& 
         cut_of(p.camera, s.poses[static_cast<std::size_t>(sight.placement)], {Vec3::UnitZ(), 0}, sight.pixel).x);
     readings.push_back(sight.reading);
   }
+  if (!o.fixed && std::all_of(readings.begin(), readings.end(), [&](double a) { return a == readings.front(); }))
+    fail(Status::kInsufficientData, "angle_rad: one mirror angle, expected a sweep (or a laser without a mirror)");
   const Vec3 centre = p.camera.centre_in_room();
   s.unit = start ? normalised(*start, centre) : first_unit(x, readings, o.fixed, centre);
   s.unit.id = id;
