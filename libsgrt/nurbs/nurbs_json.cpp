@@ -124,14 +124,14 @@ std::string write(const SplineBasis* basis, std::size_t sides, const Points& poi
 
 NurbsCurve curve_from_json(const char* text, std::size_t size) {
   return formatted([&] {
-    Read r = read(parse_json(text, size, "nurbs"), 1);
+    Read r = read(parse_json(text, size, "nurbs").root, 1);
     return make_nurbs_curve({std::move(r.basis[0]), std::move(r.points), std::move(r.weights)});
   });
 }
 
 NurbsSurface surface_from_json(const char* text, std::size_t size) {
   return formatted([&] {
-    Read r = read(parse_json(text, size, "nurbs"), 2);
+    Read r = read(parse_json(text, size, "nurbs").root, 2);
     return make_nurbs_surface(
         {{std::move(r.basis[0]), std::move(r.basis[1])}, std::move(r.points), std::move(r.weights)});
   });

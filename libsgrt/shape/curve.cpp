@@ -76,9 +76,9 @@ std::vector<CurvePoint> sampled_curvature(const Points& samples, int half_window
                                         std::to_string(degree) + " needs " + std::to_string(degree + 1));
   std::vector<CurvePoint> out(static_cast<std::size_t>(samples.rows()), {kNan, kNan});
   if (sigma_curvature) std::fill_n(sigma_curvature, samples.rows(), kNan);
-  Points x;
-  Eigen::VectorXd t;
   for (std::int64_t i = 0; i < samples.rows(); ++i) {
+    Points x;  // new ones each time: Eigen's resize frees twice where there is no memory
+    Eigen::VectorXd t;
     if (!window_of(samples, i, half_window, closed, x, t) || t.size() < degree + 1) continue;
     const double scale = t.cwiseAbs().maxCoeff();
     Eigen::MatrixXd A(t.size(), degree + 1);

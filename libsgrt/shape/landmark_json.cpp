@@ -120,7 +120,8 @@ std::string model_to_json(const LandmarkModel& m) {
 }
 
 LandmarkModel model_from_json(const char* text_begin, std::size_t size) {
-  const Json j = parse_json(text_begin, size, "landmark model");
+  const JsonTree tree = parse_json(text_begin, size, "landmark model");
+  const Json& j = tree.root;
   if (!j.is_object()) refuse(std::string("landmark model: expected an object, got ") + j.type_name());
   const std::string schema = text(member(j, "schema", ""), "schema");
   if (schema != kSchema) refuse("schema: expected 'sgrt-landmark-model/1', got " + in_quotes(schema));

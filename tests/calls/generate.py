@@ -1,5 +1,5 @@
-"""From sgrt.h: for every function a struct of its arguments (args.hpp), what kind each argument is and how to call it, and
-the fields of every public struct (functions.cpp). `python3 generate.py sgrt.h args.hpp functions.cpp`; CMake runs it."""
+"""From sgrt.h: a struct of arguments for every function (args.hpp), what kind each argument is and how to call it,
+and the fields of every public struct (functions.cpp). `generate.py sgrt.h args.hpp functions.cpp`; CMake runs it."""
 
 import re
 import sys
@@ -48,7 +48,8 @@ def kind_of(function, parameter, structs, handles):
     if base == "char":
         return stem, name, "kText", 0, ""
     if base == "sgrt_context":
-        return stem, name, "kHandleOut" if stars == 2 else "kContext", 8, base
+        kind = "kHandleOut" if stars == 2 else "kSession" if function.endswith("_free") else "kContext"
+        return stem, name, kind, 8, base
     if base in handles:
         if stars == 1:
             return stem, name, "kHandle" if constant else "kSession", 8, base
@@ -64,10 +65,11 @@ def kind_of(function, parameter, structs, handles):
 
 def arguments_of(functions, structs, handles):
     """function -> its arguments, as kind_of gives them."""
-    return {
-        name: [] if parameters.strip() == "void" else [kind_of(name, p, structs, handles) for p in parameters.split(",")]
-        for _, name, parameters in functions
-    }
+    found = {}
+    for _, name, parameters in functions:
+        each = [] if parameters.strip() == "void" else parameters.split(",")
+        found[name] = [kind_of(name, parameter, structs, handles) for parameter in each]
+    return found
 
 
 def struct_lines(structs, names):
@@ -117,7 +119,8 @@ def main(header, args, table):
         lines.append(f"struct Args_{name} {{ {members} }};")
         lines.append(f"__attribute__((weak)) void base(Args_{name}& a);")
     Path(args).write_text("\n".join([*lines, "}  // namespace calls", ""]))
-    lines = ["// Written by generate.py from sgrt.h.", '#include "args.hpp"', '#include "calls.hpp"', "namespace calls {"]
+    lines = ["// Written by generate.py from sgrt.h.", '#include "args.hpp"', '#include "calls.hpp"']
+    lines += ["namespace calls {"]
     lines += struct_lines(structs, set(arguments))
     lines += ["const std::vector<Function>& functions() {", "  static const std::vector<Function> all = {"]
     lines += function_lines(functions, arguments, structs)

@@ -1,5 +1,5 @@
-"""Turns what `test_bad_arguments expected.txt --observe` prints into the table of expected.txt: what the rules at its head do
-not say already, grouped. Its output is reviewed by eye before it is committed: each line is a promise."""
+"""Turns what `test_bad_arguments expected.txt --observe` prints into the table of expected.txt: what the rules at its
+head do not say already, grouped. Its output is reviewed by eye before it is committed: each line is a promise."""
 
 import fnmatch
 import re
