@@ -125,7 +125,7 @@ std::string rig_with_laser(const Rig& rig, const LaserUnit& u, const RigUncertai
   Json lasers = Json::array();
   if (json.contains("lasers")) {
     for (const Json& other : json.at("lasers")) {
-      if (other.is_object() && other.contains("id") && other.at("id") == u.id) {
+      if (other.is_object() && other.contains("id") && is_text(other.at("id"), u.id)) {
         item = other;
       } else {
         lasers.push_back(other);

@@ -224,7 +224,7 @@ bool same(const Rig& a, const Rig& b) {
 // The object of `list` with this id, so that its unknown keys stay; else a new one.
 Json with_id(const Json& list, const std::string& id) {
   for (const Json& item : list) {
-    if (item.at("id") == id) return item;
+    if (is_text(item.at("id"), id)) return item;
   }
   return Json{{"id", id}};
 }
