@@ -38,7 +38,7 @@ OTHERS = {
 }
 
 # Libraries of C++ whose names could clash, loaded so that all may bind to them.
-LIBRARIES = ["libceres.so", "libceres.so.3", "libgomp.so.1", "libpcl_registration.so", "libflann_cpp.so.1.9"]
+LIBRARIES = ["libceres.so.3", "libgomp.so.1", "libpcl_registration.so", "libflann_cpp.so.1.9"]
 
 
 def run(code):
