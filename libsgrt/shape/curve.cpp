@@ -68,7 +68,7 @@ std::vector<CurvePoint> sampled_curvature(const Points& samples, int half_window
                                           const Vec3& plane, double sigma, double* sigma_curvature) {
   if (degree < 3 || degree > kHighest)
     fail(Status::kInvalidArgument, "degree: " + std::to_string(degree) + ", expected 3 to 6");
-  if (2 * half_window < degree || half_window > kMaxHalfWindow)
+  if (half_window < (degree + 1) / 2 || half_window > kMaxHalfWindow)
     fail(Status::kInvalidArgument, "half_window: " + std::to_string(half_window) + ", expected " +
                                        std::to_string((degree + 1) / 2) + " to 200: fewer samples than unknowns");
   if (samples.rows() < degree + 1)

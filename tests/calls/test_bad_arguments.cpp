@@ -169,7 +169,9 @@ int main(int count, char** arguments) {
   build_world();
   const int quiet = memfd_create("quiet", 0);
   dup2(quiet, 1);
-  dup2(quiet, 2);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  dup2(quiet, 2);  // else the sanitizer's own report would be lost
+#endif
   const int calls_made = run_all(rules, observe, count > 3 ? arguments[3] : nullptr);
   std::fflush(nullptr);
   if (lseek(quiet, 0, SEEK_END) != 0) failed("stdout and stderr", "something was written");

@@ -178,7 +178,9 @@ int main(int count, char** arguments) {
   build_world();
   const int quiet = memfd_create("quiet", 0);
   dup2(quiet, 1);
-  dup2(quiet, 2);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  dup2(quiet, 2);  // else the sanitizer's own report would be lost
+#endif
   std::vector<std::string> answers;
   answers.reserve(functions().size());
   for (const Function& f : functions()) answers.push_back(answer_of(f));
