@@ -1,9 +1,13 @@
-# `cmake --install`: the header, the shared library, and what find_package(sgrt) and pkg-config need. No C++, no core.
+# `cmake --install`: the header, the shared library, what find_package(sgrt) and pkg-config need, the examples, and the
+# notices of what others wrote and the library holds compiled. No C++, no core.
 include(CMakePackageConfigHelpers)
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/sgrt)
 
 install(FILES include/sgrt.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY LICENSES packaging/notices DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.c" PATTERN "*.py"
+        PATTERN "__pycache__" EXCLUDE)
 install(TARGETS sgrt EXPORT sgrtTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT sgrtTargets NAMESPACE sgrt:: DESTINATION ${config_dir})
 

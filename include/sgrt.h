@@ -23,7 +23,7 @@
 #include <stdint.h>
 
 #define SGRT_VERSION_MAJOR 0
-#define SGRT_VERSION_MINOR 1
+#define SGRT_VERSION_MINOR 9
 #define SGRT_VERSION_PATCH 0
 
 #if defined(_WIN32)

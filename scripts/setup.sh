@@ -6,7 +6,7 @@ build_packages=(g++ cmake ninja-build ccache pkg-config libeigen3-dev libflann-d
   nlohmann-json3-dev libgtest-dev)
 python_packages=(python3-venv python3-dev)
 # shellcheck disable=SC2034 # scripts/test uses it
-lint_packages=(clang-format clang-tidy shellcheck)
+lint_packages=(clang-format shellcheck)
 venv=$PWD/.venv
 
 # need_packages PACKAGE...: by apt, with sudo where not root.
@@ -35,7 +35,8 @@ once() {
   echo "$key" > "$stamp"
 }
 
-# The virtual environment with what pyproject.toml asks for: to build, to run (with all extras), to test.
+# The virtual environment with what pyproject.toml asks for: to build, to run (with all extras), to test. What only
+# scripts/package needs (the extra `release`) comes with need_release.
 need_venv() {
   need_packages "${python_packages[@]}"
   once "$venv/requirements.stamp" "$(cat pyproject.toml scripts/setup.sh | sha256sum)" make_venv
@@ -44,13 +45,25 @@ need_venv() {
 make_venv() {
   echo "-- virtual environment .venv"
   [[ -x $venv/bin/pip ]] || /usr/bin/python3 -m venv --clear "$venv"
-  "$venv/bin/python" - > "$venv/requirements.txt" << 'EOF'
-import tomllib
+  pip_install base
+}
+
+need_release() {
+  need_venv
+  once "$venv/release.stamp" "$(< "$venv/requirements.stamp")" pip_install release
+}
+
+# pip_install base|release: what pyproject.toml asks for, all but the extra `release`, or that alone.
+pip_install() {
+  "$venv/bin/python" - "$1" > "$venv/requirements.txt" << 'EOF'
+import sys, tomllib
 with open("pyproject.toml", "rb") as file:
     content = tomllib.load(file)
 project = content["project"]
-extras = sum(project.get("optional-dependencies", {}).values(), [])
-print(*content["build-system"]["requires"], *project["dependencies"], *extras, sep="\n")
+extras = project["optional-dependencies"]
+release = extras.pop("release")
+base = content["build-system"]["requires"] + project["dependencies"] + sum(extras.values(), [])
+print(*(release if sys.argv[1] == "release" else base), sep="\n")
 EOF
   "$venv/bin/pip" install -q -r "$venv/requirements.txt"
 }

@@ -49,10 +49,21 @@ def main():
         if not np.isfinite(place[0]):
             continue
         right.plot(*place[:2], "o", color="#c53030", ms=5)
-        right.annotate(name, place[:2], xytext=(4, 3), textcoords="offset points", fontsize=7, color="#9b2c2c")
+        side = -1 if name.endswith("_right") else 1
+        right.annotate(
+            name,
+            place[:2],
+            xytext=(5 * side, 0),
+            textcoords="offset points",
+            ha="right" if side < 0 else "left",
+            va="center",
+            fontsize=7,
+            color="#9b2c2c",
+            bbox={"boxstyle": "square,pad=0.1", "color": "white", "alpha": 0.7},
+        )
     right.set_title(f"its landmarks, by its own reference (score {found.score:.2f})")
     for axis in (left, right):
-        axis.set(aspect="equal", xlabel="x, mm", ylabel="y, mm", xlim=(-90, 90), ylim=(-120, 110))
+        axis.set(aspect="equal", xlabel="x, mm", ylabel="y, mm", xlim=(-90, 105), ylim=(-120, 110))
     FigureCanvasAgg(figure)
     figure.savefig(OUT, dpi=90)
     print(OUT)

@@ -92,7 +92,6 @@ double expected_square(const Rig& rig, const Bundle& bundle, const Scene& scene)
 CheckResult check_once(const Run& run, const Rig& rig, const CalibrationData& data, const CalibrationOptions& options) {
   constexpr double kWorse = 1.5, kWarpShare = 0.01;
   CheckResult r;
-  CalibrationData mapped = data;
   std::vector<int> index;
   for (const CalibrationCamera& camera : data.cameras) {
     index.push_back(camera_index(rig, camera.id));

@@ -48,10 +48,10 @@ Pose refine_pose(const Target& target, const Camera& camera, const View& view, c
   scene.cameras = {camera};
   scene.cameras[0].camera_from_room = Pose{};
   scene.room_from_target = {pose};
-  cost = std::numeric_limits<double>::infinity();
   try {
     cost = solve(Run{}, bundle, scene, kSteps).cost;
   } catch (const Error&) {
+    cost = std::numeric_limits<double>::infinity();
   }
   return scene.room_from_target[0];
 }

@@ -56,6 +56,4 @@ LaserCalibration calibrate_laser(const Run& run, const Rig& rig, const std::stri
 LaserUnit first_unit(const std::vector<Vec3>& x_in_room, const std::vector<double>& reading, bool fixed,
                      const Vec3& camera);
 
-std::string report_json(const CalibrationData& data, const LaserCalibration& result);  // laser_report_json.cpp
-
 }  // namespace sgrt

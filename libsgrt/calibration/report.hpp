@@ -4,6 +4,7 @@
 #include <string>
 
 #include "calibration/check.hpp"
+#include "calibration/laser.hpp"
 #include "calibration/room.hpp"
 #include "calibration/tof.hpp"
 
@@ -12,6 +13,7 @@ namespace sgrt {
 std::string report_json(const CalibrationData& data, const CalibrationResult& result);
 std::string report_json(const CalibrationData& data, const CheckResult& result);
 std::string report_json(const CalibrationData& data, const RoomResult& result);
+std::string report_json(const CalibrationData& data, const LaserCalibration& result);
 std::string report_json(const TofCalibration& result);
 
 // The rig's text with what it came from: images, noise, board warp.

@@ -27,12 +27,6 @@ Json rows_of(const Matrix& m) {
   return rows;
 }
 
-Json head(const char* kind, Status status, const std::string& message, const char* word) {
-  Json json = {{"schema", kSchema}, {"kind", kind}, {"status", word}};
-  json["message"] = status == Status::kOk ? Json(nullptr) : Json(message);
-  return json;
-}
-
 // The table of docs/abi.md for the statuses that a report can have.
 const char* word_of(Status status) {
   switch (status) {
@@ -47,6 +41,12 @@ const char* word_of(Status status) {
     default:
       return "not_found";
   }
+}
+
+Json head(const char* kind, Status status, const std::string& message) {
+  Json json = {{"schema", kSchema}, {"kind", kind}, {"status", word_of(status)}};
+  json["message"] = status == Status::kOk ? Json(nullptr) : Json(message);
+  return json;
 }
 
 Json discarded_of(const CalibrationData& data, const std::vector<Discarded>& list) {
@@ -134,7 +134,7 @@ std::string with_provenance(const Rig& rig, const Json& provenance) {
 }  // namespace
 
 std::string report_json(const CalibrationData& data, const CalibrationResult& r) {
-  Json json = head("calibration", r.status, r.message, word_of(r.status));
+  Json json = head("calibration", r.status, r.message);
   json["noise_px"] = number(r.status == Status::kOk ? r.noise : std::nan(""));
   json["rms_px"] = number(r.status == Status::kOk ? r.rms : std::nan(""));
   json["rms_all_px"] = number(r.status == Status::kOk ? r.rms_all : std::nan(""));
@@ -157,7 +157,7 @@ std::string report_json(const CalibrationData& data, const CalibrationResult& r)
 }
 
 std::string report_json(const CalibrationData& data, const CheckResult& r) {
-  Json json = head("check", r.status, r.message, word_of(r.status));
+  Json json = head("check", r.status, r.message);
   const bool ok = r.status == Status::kOk;
   json["noise_px"] = number(ok ? r.noise : std::nan(""));
   json["rms_px"] = number(ok ? r.rms : std::nan(""));
@@ -170,7 +170,7 @@ std::string report_json(const CalibrationData& data, const CheckResult& r) {
 }
 
 std::string report_json(const CalibrationData& data, const RoomResult& r) {
-  Json json = head("room", r.status, r.message, word_of(r.status));
+  Json json = head("room", r.status, r.message);
   json["noise_px"] = number(r.status == Status::kOk ? r.noise_px : std::nan(""));
   json["rigs"] = Json::array();
   for (const RoomFit& f : r.rigs) json["rigs"].push_back(fit_of(f));
@@ -178,6 +178,35 @@ std::string report_json(const CalibrationData& data, const RoomResult& r) {
   for (const RoomFit& f : r.pairs) json["pairs"].push_back(fit_of(f));
   json["pair_disagreement_mm"] = number(r.status == Status::kOk ? r.pair_disagreement_mm : std::nan(""));
   json["discarded"] = discarded_of(data, r.discarded);
+  json["warnings"] = r.warnings;
+  return json_text(json, "report");
+}
+
+std::string report_json(const CalibrationData& data, const LaserCalibration& r) {
+  Json json = head("laser", r.status, r.message);
+  json["laser"] = r.unit.id;
+  json["camera"] = data.cameras.empty() ? Json(nullptr) : Json(data.cameras[0].id);
+  const bool ok = r.status == Status::kOk;
+  json["rms_px"] = number(ok ? r.rms : std::nan(""));
+  json["residuals_over_sigma"] = number(ok ? r.noise_scale : std::nan(""));
+  json["point_sigma_mm"] = number(ok ? r.sigma_mm : std::nan(""));
+  json["iterations"] = r.iterations;
+  Json placements = Json::array();
+  for (const LaserCalibration::Placement& p : r.placements) {
+    placements.push_back({{"name", p.name},
+                          {"corners", p.corners},
+                          {"corner_rms_px", number(p.corner_rms)},
+                          {"stripe_points", p.stripes},
+                          {"stripe_rms_px", number(p.stripe_rms)}});
+  }
+  json["placements"] = std::move(placements);
+  Json sigmas = Json::object();
+  for (std::size_t i = 0; i < r.parameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    sigmas[r.parameters[i]] = number(std::sqrt(std::max(0.0, r.covariance(k, k))));
+  }
+  json["sigma"] = std::move(sigmas);
+  json["not_fixed"] = r.unfixed;
   json["warnings"] = r.warnings;
   return json_text(json, "report");
 }
@@ -198,7 +227,7 @@ std::string rig_with_provenance(const CalibrationData& data, const RoomResult& r
 }
 
 std::string report_json(const TofCalibration& r) {
-  Json json = head("tof", r.status, r.message, word_of(r.status));
+  Json json = head("tof", r.status, r.message);
   json["unit"] = r.unit;
   json["pixels"] = r.samples;
   json["outliers"] = r.outliers;

@@ -7,6 +7,7 @@
 #include "calibration/start.hpp"
 #include "calibration/views.hpp"
 #include "core/error.hpp"
+#include "core/median.hpp"
 
 namespace sgrt {
 namespace {
@@ -95,8 +96,7 @@ double median_residual(const Target& target, const Scene& scene, const View& vie
   bundle.target = target;
   std::vector<double> lengths;
   for (const Vec2& r : residuals_of(bundle, scene, view)) lengths.push_back(r.allFinite() ? r.norm() : 1e6);
-  std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
-  return lengths[lengths.size() / 2];
+  return median(lengths);
 }
 
 // The placement as most of its views have it.

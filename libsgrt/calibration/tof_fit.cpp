@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibration/tof.hpp"
+#include "core/median.hpp"
 
 namespace sgrt {
 namespace {
@@ -82,12 +83,6 @@ std::vector<double> amplitude_knots(std::vector<float> amplitudes, int count) {
   return knots;
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 struct Fitter {
   const std::vector<TofSample>& samples;
   const TofCalibrationOptions& options;
@@ -137,7 +132,7 @@ struct Fitter {
     n.A.diagonal().array() += 1 / (kLevelSigma * kLevelSigma);
     const Eigen::VectorXd x = n.A.ldlt().solve(n.b);
     amplitude.value.assign(x.begin(), x.end());
-    const double middle = amplitude(median_of(seen));  // the constant belongs to the range's term
+    const double middle = amplitude(median(seen));  // the constant belongs to the range's term
     for (double& v : amplitude.value) v -= middle;
   }
 
@@ -179,8 +174,9 @@ struct Fitter {
       residual[i] = s.error - range(s.range) - part(s) - offset[static_cast<std::size_t>(s.pixel)];
       size.push_back(std::abs(residual[i]) / std::hypot(s.sigma, kFloor));
     }
-    const double scale = std::max(1.0, kMad * median_of(size));
-    noise2 = std::pow(kMad * median_of(size), 2);
+    std::vector<double> reordered = size;
+    const double spread = kMad * median(reordered), scale = std::max(1.0, spread);
+    noise2 = std::pow(spread, 2);
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const double u = size[i] / (kTukey * scale), sigma = std::hypot(samples[i].sigma, kFloor);
       weight[i] = u < 1 ? (1 - u * u) * (1 - u * u) / (sigma * sigma) : 0;

@@ -173,6 +173,7 @@ std::unique_ptr<sgrt_calibration> handle_of(const CalibrationData& data, const R
 
 std::vector<std::string> ids_of(const CalibrationData& data) {
   std::vector<std::string> ids;
+  ids.reserve(data.cameras.size());
   for (const CalibrationCamera& camera : data.cameras) ids.push_back(camera.id);
   return ids;
 }

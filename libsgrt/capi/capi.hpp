@@ -45,7 +45,8 @@ struct sgrt_context {
 
 struct sgrt_surface {
   std::shared_ptr<const sgrt::Surface> surface;
-  std::vector<double> modes;  // of the surface, K x N x 3 in one piece, to be lent
+  mutable std::once_flag once;        // the modes are packed at the first wish for them
+  mutable std::vector<double> modes;  // of the surface, K x N x 3 in one piece, to be lent
 };
 
 struct sgrt_roi {
@@ -205,7 +206,7 @@ TofOptions from_c(const sgrt_tof_options& c);
 CalibrationData from_c(const sgrt_calibration_data* given);
 sgrt_calibration_info empty_info(Status status);
 
-// A handle on a surface. Packs its modes.
+// A handle on a surface.
 std::unique_ptr<sgrt_surface> handle_of(std::shared_ptr<const Surface> surface);
 std::unique_ptr<sgrt_surface> handle_of(Surface&& surface);
 

@@ -3,7 +3,7 @@
 #include <limits>
 #include <string>
 
-#include "capi/capi.hpp"
+#include "capi/outward.hpp"
 
 namespace sgrt {
 namespace {
@@ -64,11 +64,6 @@ LocateOptions from_c(const sgrt_landmarks_options& c) {
   o.min_score = c.min_score;
   o.noise = c.noise_mm;
   return o;
-}
-
-void need_outward(const Surface& s, const char* name) {
-  if (!s.has_normals())
-    refuse(name, "a surface without normals", "normals, which say what is outward (see sgrt_surface_estimate_normals)");
 }
 
 std::unique_ptr<sgrt_landmarks> result_handle(LocatedLandmarks landmarks) {

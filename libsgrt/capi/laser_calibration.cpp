@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/report.hpp"
 #include "capi/laser.hpp"
 
 namespace sgrt {

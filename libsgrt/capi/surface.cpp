@@ -51,7 +51,8 @@ std::int64_t check_data(const sgrt_surface_data& d) {
     } else {
       check_view(&d.modes, "data.modes", Kind::kReal, {kAny, d.points.shape[0], 3});
     }
-    if ((modes = d.modes.shape[0]) > kMaxModes)
+    modes = d.modes.shape[0];
+    if (modes > kMaxModes)
       refuse("data.modes", std::to_string(modes) + " modes", "at most " + std::to_string(kMaxModes));
   }
   const std::int64_t numbers =
@@ -125,9 +126,22 @@ sgrt_view lend_beside(const Surface& s, const double* data, std::int64_t rows, s
   return columns > 0 ? lend(data, SGRT_F64, {s.height, s.width, columns}) : lend(data, SGRT_F64, {s.height, s.width});
 }
 
+sgrt_view lend_modes(const sgrt_surface& handle) {
+  const Surface& s = *handle.surface;
+  if (s.modes.empty()) return {};
+  std::call_once(handle.once, [&] {
+    std::vector<double> packed;
+    packed.reserve(s.modes.size() * static_cast<std::size_t>(s.size()) * 3);
+    for (const Points& mode : s.modes) packed.insert(packed.end(), mode.data(), mode.data() + mode.size());
+    handle.modes = std::move(packed);
+  });
+  const auto k = static_cast<std::int64_t>(s.modes.size());
+  return s.organised() ? lend(handle.modes.data(), SGRT_F64, {k, s.height, s.width, 3})
+                       : lend(handle.modes.data(), SGRT_F64, {k, s.size(), 3});
+}
+
 sgrt_view array_of(const sgrt_surface& handle, std::int32_t field) {
   const Surface& s = *handle.surface;
-  const auto k = static_cast<std::int64_t>(s.modes.size());
   switch (field) {
     case SGRT_SURFACE_POINTS:
       return lend_beside(s, s.points.data(), s.points.rows(), 3);
@@ -140,9 +154,7 @@ sgrt_view array_of(const sgrt_surface& handle, std::int32_t field) {
     case SGRT_SURFACE_FACES:
       return s.faces.rows() > 0 ? lend(s.faces.data(), SGRT_I32, {s.faces.rows(), 3}) : sgrt_view{};
     case SGRT_SURFACE_MODES:
-      if (handle.modes.empty()) return {};
-      return s.organised() ? lend(handle.modes.data(), SGRT_F64, {k, s.height, s.width, 3})
-                           : lend(handle.modes.data(), SGRT_F64, {k, s.size(), 3});
+      return lend_modes(handle);
     default:
       refuse("field", std::to_string(field), "SGRT_SURFACE_POINTS (1) to SGRT_SURFACE_MODES (6)");
   }
@@ -157,9 +169,6 @@ std::unique_ptr<sgrt_surface> handle_of(Surface&& surface) {
 std::unique_ptr<sgrt_surface> handle_of(std::shared_ptr<const Surface> surface) {
   auto handle = std::make_unique<sgrt_surface>();
   handle->surface = std::move(surface);
-  const Surface& s = *handle->surface;
-  handle->modes.reserve(s.modes.size() * static_cast<std::size_t>(s.size()) * 3);
-  for (const Points& mode : s.modes) handle->modes.insert(handle->modes.end(), mode.data(), mode.data() + mode.size());
   return handle;
 }
 

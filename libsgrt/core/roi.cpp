@@ -104,6 +104,7 @@ Roi moved(const Roi& roi, const Pose& pose) {
     refuse("pose: a polygon seen from above turns about the vertical alone, expected a rotation about Z");
   }
   std::vector<Vec2> vertices;
+  vertices.reserve(roi.polygon.size());
   for (const Vec2& v : roi.polygon) vertices.push_back((pose.R.topLeftCorner<2, 2>() * v + pose.t.head<2>()).eval());
   return roi_from_polygon(std::move(vertices));
 }

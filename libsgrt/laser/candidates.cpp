@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.hpp"
 #include "laser/kernels.hpp"
 
 namespace sgrt {
@@ -12,16 +13,11 @@ namespace {
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kFwhm = 2.3548F;  // over sigma
 
-// Clipped pixels as the grey level of the clip, so that sums and differences stay finite.
+// Levelled, so that sums and differences stay finite.
 void read_line(const Lines& lines, int line, float* v) {
   const int n = lines.width();
   lines.read(line, 0, n, v);
-  float top = lines.clip;
-  if (!(top < Lines::kClipped)) {
-    top = 0;
-    for (int i = 0; i < n; ++i) top = v[i] < Lines::kClipped ? std::max(top, v[i]) : top;
-  }
-  for (int i = 0; i < n; ++i) v[i] = std::min(v[i], top);
+  level(v, n, lines.clip);
 }
 
 // The mean of the flanks on both sides of a peak; of one where the other lies outside.
@@ -156,9 +152,7 @@ int window_of(const Run& run, const Lines& lines, float min_signal) {
       if (c.count > 0) widths.push_back(c.first.width);
     }
     if (widths.size() < 3) continue;
-    const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-    std::nth_element(widths.begin(), middle, widths.end());
-    const int wanted = static_cast<int>(std::lround(kWindow * *middle));
+    const int wanted = static_cast<int>(std::lround(kWindow * median(widths)));
     if (wanted <= 2 * half) return std::clamp(wanted, kLeast, kMost);
   }
   return kFirst;
@@ -254,12 +248,7 @@ void choose(std::vector<LineCandidates>& lines, int min_length, std::vector<Line
   for (std::size_t y = 0; y < lines.size(); ++y) {
     if (lines[y].count > 0) widths.push_back(across(lines, y, lines[y].first));
   }
-  float usual = 1;
-  if (!widths.empty()) {
-    const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-    std::nth_element(widths.begin(), middle, widths.end());
-    usual = *middle;
-  }
+  const float usual = median(widths);
   for (std::size_t y = 0; y < lines.size(); ++y) {
     for (int c = 0; c < lines[y].count; ++c) {
       const Candidate& own = lines[y][c];

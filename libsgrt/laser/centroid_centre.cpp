@@ -26,7 +26,7 @@ Centre centroid_centre(const Lines& lines, int line, const Candidate& c, int hal
     out.reason = LineReason::kSaturated;
     return out;
   }
-  w.level(lines.clip);
+  level(w.v, w.count, lines.clip);
   const auto mean = [&](int from) {
     double sum = 0;
     for (int i = 0; i < half; ++i) sum += w.v[from + i - w.from];

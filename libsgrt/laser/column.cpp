@@ -36,7 +36,7 @@ void place(const Camera& camera, const LightPlane& slope, const LaserOptions& o,
   const Mat3 C = sigma * sigma * by_centre * by_centre.transpose() +
                  o.angle_sigma * o.angle_sigma * by_angle * by_angle.transpose();
   c.points.row(i) = x.transpose();
-  c.covariance.row(i) << C(0, 0), C(0, 1), C(0, 2), C(1, 1), C(1, 2), C(2, 2);
+  c.covariance.row(i) = packed(C);
 }
 
 }  // namespace
@@ -107,9 +107,7 @@ LaserSignal signal_of(const Column& column, const Vec3& point, const Vec3& axis,
     const Vec3 d = column.points.row(i).transpose() - point;
     const double s = d.dot(axis);
     if (!((d - s * axis).norm() <= radius)) continue;
-    const auto c = column.covariance.row(i);
-    Mat3 C;
-    C << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
+    const Mat3 C = unpacked(column.covariance.row(i));
     const Vec2 basis(1, d.dot(across));
     const double weight = 1 / std::max(axis.dot(C * axis), 1e-8);
     N += weight * basis * basis.transpose();

@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 #include "laser/sweep.hpp"
 
@@ -26,10 +27,7 @@ double spacing(const Surface& s, std::int64_t step, std::int64_t width) {
     const double length = (s.point(i + step) - s.point(i)).norm();
     if (std::isfinite(length)) d.push_back(length);
   }
-  if (d.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2);
-  std::nth_element(d.begin(), middle, d.end());
-  return *middle;
+  return median(d);
 }
 
 Vec3 normal_at(const Surface& s, std::int64_t line, std::int64_t column, int lines, int columns, double limit) {

@@ -77,6 +77,15 @@ void Lines::read(int line, int from, int n, float* out) const {
   }
 }
 
+void level(float* v, int n, float clip) {
+  float top = clip;
+  if (!(clip < Lines::kClipped)) {
+    top = 0;
+    for (int i = 0; i < n; ++i) top = v[i] < Lines::kClipped ? std::max(top, v[i]) : top;
+  }
+  for (int i = 0; i < n; ++i) v[i] = std::min(v[i], top);
+}
+
 double noise_of(const Lines& lines) {
   constexpr int kLines = 32, kRun = 128;
   constexpr double kTrimmedMean = 0.6573;  // of |x| of a normal variable without its largest tenth

@@ -26,6 +26,9 @@ struct Lines {
   void read(int line, int from, int n, float* out) const;
 };
 
+// The clipped ones of n grey levels as the level of the clip; where there is none, as the brightest of the others.
+void level(float* v, int n, float clip);
+
 // One sigma of a pixel's noise off the stripe, from second differences along sampled lines (eq. 4).
 double noise_of(const Lines& lines);
 

@@ -24,15 +24,6 @@ struct Window {
     for (int i = count; i < count + 3; ++i) v[i] = Lines::kClipped;
   }
   bool good(int i) const { return v[i] < Lines::kClipped; }
-  // Clipped pixels as the level of the clip.
-  void level(float clip) {
-    float top = clip;
-    if (!(clip < Lines::kClipped)) {
-      top = 0;
-      for (int i = 0; i < count; ++i) top = good(i) ? std::max(top, v[i]) : top;
-    }
-    for (int i = 0; i < count; ++i) v[i] = std::min(v[i], top);
-  }
 };
 
 // Of a Gaussian: a crossing moves by the noise over the slope there, both middles together over the width.
@@ -42,7 +33,7 @@ inline float asymmetry_sigma(double sigma, double contrast) {
 
 inline void set_shape(const Lines& lines, Window& w, double centre, double background, double contrast, double sigma,
                       Centre& out) {
-  w.level(lines.clip);
+  level(w.v, w.count, lines.clip);
   const auto low = static_cast<float>(background);
   const float high = std::min(static_cast<float>(contrast), lines.clip - low);
   out.asymmetry = asymmetry_of(w.v, w.count, static_cast<float>(centre - w.from), out.width, low, high);

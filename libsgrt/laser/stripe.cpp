@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 #include "laser/profile_fit.hpp"
 
@@ -13,13 +14,6 @@ namespace {
 
 constexpr int kBlock = 128;  // lines
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-double median(std::vector<float>& values) {
-  if (values.empty()) return kNaN;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 void resize(std::size_t n, Stripe& s) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -35,7 +29,7 @@ double ridge_sigma(const std::vector<LineCandidates>& lines, const std::vector<i
   for (std::size_t y = 0; y < lines.size(); ++y) {
     if (chosen[y] >= 0) widths.push_back(lines[y][chosen[y]].width);
   }
-  return widths.empty() ? 1.5 : std::clamp(median(widths), 1.0, 6.0);
+  return widths.empty() ? 1.5 : std::clamp<double>(median(widths), 1, 6);
 }
 
 void write(std::size_t y, const Centre& c, const StripeOptions& o, Stripe& s) {

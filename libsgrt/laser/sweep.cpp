@@ -3,25 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 
 namespace sgrt {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return kNaN;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-Mat3 symmetric(const Eigen::Ref<const Eigen::Matrix<double, 1, 6>>& c) {
-  Mat3 C;
-  C << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
-  return C;
-}
 
 // The column under the motion of the body from its own instant to the reference's (eq. 15).
 void put(const Column& c, const Pose& motion, std::int64_t column, LaserResult& r) {
@@ -34,8 +22,7 @@ void put(const Column& c, const Pose& motion, std::int64_t column, LaserResult& 
     r.stripe_px[k] = c.pixel[i];
     r.sigma_px[k] = static_cast<float>(c.pixel_sigma[i]);
     s.points.row(at) = (motion * Vec3(c.points.row(line).transpose())).transpose();
-    const Mat3 C = motion.R * symmetric(c.covariance.row(line)) * motion.R.transpose();
-    s.covariance.row(at) << C(0, 0), C(0, 1), C(0, 2), C(1, 1), C(1, 2), C(2, 2);
+    s.covariance.row(at) = packed(motion.R * unpacked(c.covariance.row(line)) * motion.R.transpose());
   }
 }
 
@@ -94,7 +81,7 @@ void set_sigma(const Vec3& centre, LaserResult& r) {
     Vec3 n = s.normal(k);
     if (!n.allFinite()) n = (centre - s.point(k)).normalized();
     constexpr double kLeast = 1e-6;  // mm; a surface's sigma is positive
-    s.sigma(k) = std::max(kLeast, std::sqrt(n.dot(symmetric(s.covariance.row(k)) * n)));
+    s.sigma(k) = std::max(kLeast, std::sqrt(n.dot(unpacked(s.covariance.row(k)) * n)));
     px.push_back(r.sigma_px[static_cast<std::size_t>(k)]);
     mm.push_back(s.sigma(k));
   }

@@ -94,10 +94,9 @@ std::vector<std::size_t> lonely(const FitGrid& g, const FitPoints& p) {
     }
   }
   std::vector<std::size_t> found;
-  const auto middle = of_points.begin() + static_cast<std::ptrdiff_t>(of_points.size() / 2);
-  std::nth_element(of_points.begin(), middle, of_points.end());
+  const auto usual = static_cast<double>(median(of_points));
   for (std::size_t c = 0; c < about.size(); ++c)
-    if (static_cast<double>(about[c]) < kLonely * static_cast<double>(*middle))
+    if (static_cast<double>(about[c]) < kLonely * usual)
       for (std::int64_t k = p.cell_begin[c]; k < p.cell_begin[c + 1]; ++k) found.push_back(static_cast<std::size_t>(k));
   return found;
 }

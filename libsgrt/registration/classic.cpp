@@ -26,6 +26,8 @@ class Classic {
     work.surfel.resize(n);
   }
 
+  void measure_noise(const Surface& live) { fill_live_noise(run_, reference_, live, s_.pose, pass_options(), work_); }
+
   void iterate() {
     GraduatedScale scale;
     Vec6 last = Vec6::Zero();
@@ -149,9 +151,7 @@ Search classic_search(const Run& run, const Reference& reference, const Surface&
   const int phases = live.sigma.size() > 0 && live.covariance.rows() == 0 ? 1 : 2;
   for (int phase = 0; phase < phases; ++phase) {
     s.converged = false;
-    PassOptions pass = finest(reference, o, s.limit);
-    pass.levels = static_cast<int>(reference.field.levels.size());
-    fill_live_noise(run, reference, live, s.pose, pass, work);
+    classic.measure_noise(live);
     classic.iterate();
     if (!s.converged) break;
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 #include "registration/pass.hpp"
 
@@ -158,8 +159,7 @@ class Scan {
       if (w_[i] > 0) r.push_back(std::abs(r_[i]));
     }
     if (r.empty()) return 0;
-    std::nth_element(r.begin(), r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2), r.end());
-    return static_cast<double>(r[r.size() / 2]);
+    return static_cast<double>(sgrt::median(r));
   }
 
  private:

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/median.hpp"
+
 namespace sgrt {
 namespace {
 
@@ -13,12 +15,6 @@ constexpr double kFloor = 0.04;       // mm: two surfaces of one body are never 
 constexpr std::size_t kCentres = 20;  // of hypotheses
 constexpr std::size_t kPairCentres = 12;
 constexpr int kRounds = 14;
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 using Weights = std::vector<double>;
 
@@ -95,6 +91,7 @@ std::vector<Weights> hypotheses(const Patches& patches, const Evidence& e) {
   }
   const std::size_t pairs = std::min(n, kPairCentres);
   std::vector<std::vector<std::uint8_t>> small;
+  small.reserve(pairs);
   for (std::size_t c = 0; c < pairs; ++c) small.push_back(ball(patches, e, c, 0.2));
   for (std::size_t a = 0; a < pairs; ++a) {
     for (std::size_t b = a + 1; b < pairs; ++b) add([&](std::size_t p) { return !small[a][p] && !small[b][p]; });

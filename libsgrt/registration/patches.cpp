@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 
 namespace sgrt {
@@ -152,9 +153,7 @@ double robust_sigma(const std::vector<Contact>& contacts) {
   std::vector<double> u;
   u.reserve(contacts.size());
   for (const Contact& c : contacts) u.push_back(std::abs(c.r) / std::sqrt(c.variance));
-  const auto middle = u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2);
-  std::nth_element(u.begin(), middle, u.end());
-  return 1.4826 * *middle;
+  return 1.4826 * median(u);
 }
 
 }  // namespace sgrt

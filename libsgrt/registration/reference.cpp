@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 
 namespace sgrt {
 namespace {
@@ -71,9 +72,7 @@ std::shared_ptr<const Reference> prepare_reference(const Run& run, const Surface
   for (const kernels::Surfel& s : out->field.levels[0].surfels) {
     if (s.counts > 0) height.push_back(s.height);
   }
-  const auto middle = height.begin() + static_cast<std::ptrdiff_t>(height.size() / 2);
-  std::nth_element(height.begin(), middle, height.end());
-  out->typical_height = *middle;
+  out->typical_height = median(height);
   for (const Points& mode : surface.modes) out->modes.push_back(spread_mode(out->field, surface, mode));
   return out;
 }

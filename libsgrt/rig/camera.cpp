@@ -222,34 +222,31 @@ Vec3 unproject(const Camera& camera, const Vec2& pixel, Mat32* jacobian) {
   return room_from_camera * ray;
 }
 
-int camera_index(const Rig& rig, const std::string& id) {
+namespace {
+
+template <class Unit>
+int index_of(const std::vector<Unit>& units, const char* kind, const std::string& id) {
   std::string known;
-  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-    if (rig.cameras[i].id == id) return static_cast<int>(i);
-    known += (i ? ", " : "") + in_quotes(rig.cameras[i].id);
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    if (units[i].id == id) return static_cast<int>(i);
+    known += (i ? ", " : "") + in_quotes(units[i].id);
   }
   fail(Status::kInvalidArgument,
-       "camera " + in_quotes(id) + " is not in the rig, which has " + (known.empty() ? "none" : known));
+       kind + (" " + in_quotes(id)) + " is not in the rig, which has " + (known.empty() ? "none" : known));
+}
+
+}  // namespace
+
+int camera_index(const Rig& rig, const std::string& id) {
+  return index_of(rig.cameras, "camera", id);
 }
 
 const StereoPair& pair_of(const Rig& rig, const std::string& id) {
-  std::string known;
-  for (const StereoPair& pair : rig.pairs) {
-    if (pair.id == id) return pair;
-    known += (known.empty() ? "" : ", ") + in_quotes(pair.id);
-  }
-  fail(Status::kInvalidArgument,
-       "pair " + in_quotes(id) + " is not in the rig, which has " + (known.empty() ? "none" : known));
+  return rig.pairs[static_cast<std::size_t>(index_of(rig.pairs, "pair", id))];
 }
 
 int tof_index(const Rig& rig, const std::string& id) {
-  std::string known;
-  for (std::size_t i = 0; i < rig.tofs.size(); ++i) {
-    if (rig.tofs[i].id == id) return static_cast<int>(i);
-    known += (i ? ", " : "") + in_quotes(rig.tofs[i].id);
-  }
-  fail(Status::kInvalidArgument,
-       "tof " + in_quotes(id) + " is not in the rig, which has " + (known.empty() ? "none" : known));
+  return index_of(rig.tofs, "tof", id);
 }
 
 }  // namespace sgrt

@@ -92,40 +92,26 @@ LaserUnit normalised(LaserUnit u, const Vec3& camera) {
 }
 
 LaserModes laser_modes(const Rig& rig, const LaserUnit& unit) {
-  const RigUncertainty& u = rig.uncertainty;
-  const Camera& camera = rig.cameras[static_cast<std::size_t>(unit.camera)];
-  bool any = false;
-  const auto rows_of = [&](const std::vector<std::string>& names) {
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(names.size()), u.modes.cols());
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      const auto found = std::find(u.parameters.begin(), u.parameters.end(), names[i]);
-      if (found == u.parameters.end()) continue;
-      rows.row(static_cast<Eigen::Index>(i)) = u.modes.row(found - u.parameters.begin());
-      any = true;
-    }
-    return rows;
-  };
-  LaserModes modes{rows_of(parameter_names(camera)), rows_of(parameter_names(unit))};
-  if (!any) modes.camera.resize(0, 0);
-  return modes;
+  const std::vector<std::string> of_camera = parameter_names(rig.cameras[static_cast<std::size_t>(unit.camera)]);
+  const std::vector<std::string> of_unit = parameter_names(unit);
+  const std::vector<std::string>& stated = rig.uncertainty.parameters;
+  if (std::find_first_of(stated.begin(), stated.end(), of_camera.begin(), of_camera.end()) == stated.end() &&
+      std::find_first_of(stated.begin(), stated.end(), of_unit.begin(), of_unit.end()) == stated.end())
+    return {};
+  return {modes_of(rig, of_camera), modes_of(rig, of_unit)};
 }
 
 // The point keeps its image and stays on the plane that has moved: project(x + dx; p + dp) = pixel, n'.(x + dx) = d'.
 Mat3X point_modes(const Camera& camera, const LaserModes& modes, const LightPlane& plane,
                   const PlaneJacobian& by_parameters, const Vec3& x) {
-  const Vec3 x_in_camera = camera.camera_from_room * x;
-  Vec2 pixel;
-  Mat23 by_point;
-  LensJacobian by_lens;
-  if (!project_with_lens(camera, x_in_camera, pixel, by_point, by_lens))
+  Mat2X by_camera;
+  if (!pixel_by_parameters(camera, camera.camera_from_room * x, by_camera))
     return Mat3X::Constant(3, modes.count(), std::numeric_limits<double>::quiet_NaN());
-  const int lens = lens_count(camera);
-  Mat2X by_camera(2, lens + 6);
-  by_camera << by_lens.leftCols(lens), -by_point * skew(x_in_camera), by_point;
   Mat3X moves(3, modes.count());
   moves.topRows<2>() = by_camera * modes.camera;
   moves.row(2) = (x.transpose() * by_parameters.topRows<3>() - by_parameters.row(3)) * modes.laser;
   Mat3 A;
+  const Mat23 by_point = by_camera.rightCols<3>();  // a camera that moves by as much
   A << by_point * camera.camera_from_room.R, plane.n.transpose();
   return -A.inverse() * moves;
 }

@@ -36,9 +36,8 @@ bool pixel_by_parameters(const Camera& camera, const Vec3& x_in_camera, Mat2X& J
   return true;
 }
 
-Eigen::MatrixXd camera_modes(const Rig& rig, const Camera& camera) {
+Eigen::MatrixXd modes_of(const Rig& rig, const std::vector<std::string>& names) {
   const RigUncertainty& u = rig.uncertainty;
-  const std::vector<std::string> names = parameter_names(camera);
   Eigen::MatrixXd modes = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(names.size()), u.modes.cols());
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto found = std::find(u.parameters.begin(), u.parameters.end(), names[i]);
@@ -46,6 +45,10 @@ Eigen::MatrixXd camera_modes(const Rig& rig, const Camera& camera) {
       modes.row(static_cast<Eigen::Index>(i)) = u.modes.row(found - u.parameters.begin());
   }
   return modes;
+}
+
+Eigen::MatrixXd camera_modes(const Rig& rig, const Camera& camera) {
+  return modes_of(rig, parameter_names(camera));
 }
 
 Mat2X pixel_modes(const Rig& rig, int camera, const Vec3& x_in_room) {

@@ -14,7 +14,9 @@ using Mat3X = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 // where the lens has no pixel for it.
 bool pixel_by_parameters(const Camera& camera, const Vec3& x_in_camera, Mat2X& J);
 
-// The rows of the stored modes that are this camera's; a parameter that the rig does not name is exact.
+// The rows of the stored modes that are of these parameters; one that the rig does not name is exact.
+Eigen::MatrixXd modes_of(const Rig& rig, const std::vector<std::string>& names);
+// Of this camera's.
 Eigen::MatrixXd camera_modes(const Rig& rig, const Camera& camera);
 
 // d pixel of a room point by each mode, 2 x modes, px; NaN where the point has no pixel. No columns where the rig

@@ -3,74 +3,76 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
-
-#include "core/nearest.hpp"
 
 namespace sgrt {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPi = 3.14159265358979323846;
-constexpr std::int64_t kSamples = 400;
-constexpr int kNeighbours = 9;
 constexpr double kCellsPerPoint = 24;
 constexpr double kNodeCell = 3.5;  // cells of the finest level over the spacing: one node each
 
-double median(std::vector<double>& values) {
-  if (values.empty()) return kNan;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+// The box leaves out a few far points, which count to the cells at its border.
+void lay_cells(const Surface& surface, const std::vector<std::int32_t>& rows, SkinCells& c) {
+  Vec3 high;
+  const std::size_t step = std::max<std::size_t>(1, rows.size() / 4000);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> v;
+    v.reserve(rows.size() / step + 1);
+    for (std::size_t i = 0; i < rows.size(); i += step) v.push_back(surface.points(rows[i], axis));
+    std::sort(v.begin(), v.end());
+    const std::size_t cut = v.size() / 200;
+    const double a = v[cut], b = v[v.size() - 1 - cut];
+    c.low[axis] = a - 0.1 * (b - a);
+    high[axis] = b + 0.1 * (b - a);
+  }
+  const double most = kCellsPerPoint * static_cast<double>(rows.size()) + 4096;
+  const auto side = [&](int axis) { return std::floor((high[axis] - c.low[axis]) / c.size) + 1; };
+  while (!(side(0) * side(1) * side(2) <= most)) c.size *= 1.3;
+  for (int axis = 0; axis < 3; ++axis) c.count[axis] = static_cast<std::int64_t>(side(axis));
 }
 
-double mesh_spacing(const Surface& s) {
-  std::vector<double> area;
-  const std::int64_t step = std::max<std::int64_t>(1, s.faces.rows() / (4 * kSamples));
-  area.reserve(static_cast<std::size_t>(s.faces.rows() / step + 1));
-  for (std::int64_t i = 0; i < s.faces.rows(); i += step) {
-    const Vec3 a = s.point(s.faces(i, 0)), b = s.point(s.faces(i, 1)), c = s.point(s.faces(i, 2));
-    const double twice = (b - a).cross(c - a).norm();
-    if (twice > 0) area.push_back(twice);  // a vertex has two faces to itself
+// The rows in the order of their cells, whose begins are set.
+std::vector<std::int32_t> sorted_by_cell(const Surface& surface, const std::vector<std::int32_t>& rows, SkinCells& c) {
+  std::vector<std::int32_t> at(rows.size());
+  c.begin.assign(static_cast<std::size_t>(c.count[0] * c.count[1] * c.count[2]) + 1, 0);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    at[i] = static_cast<std::int32_t>(c.cell_of(surface.point(rows[i])));
+    ++c.begin[static_cast<std::size_t>(at[i]) + 1];
   }
-  return std::sqrt(median(area));
+  std::partial_sum(c.begin.begin(), c.begin.end(), c.begin.begin());
+  std::vector<std::int64_t> next(c.begin.begin(), c.begin.end() - 1);
+  std::vector<std::int32_t> sorted(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    sorted[static_cast<std::size_t>(next[static_cast<std::size_t>(at[i])]++)] = rows[i];
+  return sorted;
 }
 
-double grid_spacing(const Surface& s) {
-  std::vector<double> area;
-  const std::int64_t step = std::max<std::int64_t>(1, s.size() / (8 * kSamples));
-  area.reserve(static_cast<std::size_t>(s.size() / step + 1));
-  for (std::int64_t i = 0; i < s.size() - s.width; i += step) {
-    if ((i + 1) % s.width == 0 || !s.present(i) || !s.present(i + 1) || !s.present(i + s.width)) continue;
-    const double a = (s.point(i + 1) - s.point(i)).cross(s.point(i + s.width) - s.point(i)).norm();
-    if (a > 0) area.push_back(a);
+// Within a cell by place, so that second points at one place are found and left out.
+void keep_places(const Surface& surface, std::vector<std::int32_t> sorted, SkinCells& c) {
+  const auto before = [&](std::int32_t a, std::int32_t b) {
+    for (int k = 0; k < 3; ++k) {
+      if (surface.points(a, k) != surface.points(b, k)) return surface.points(a, k) < surface.points(b, k);
+    }
+    return a < b;
+  };
+  c.row.reserve(sorted.size());
+  for (std::size_t k = 0; k + 1 < c.begin.size(); ++k) {
+    const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(c.begin[k]);
+    const auto last = sorted.begin() + static_cast<std::ptrdiff_t>(c.begin[k + 1]);
+    std::sort(first, last, before);
+    c.begin[k] = static_cast<std::int64_t>(c.row.size());
+    for (auto i = first; i != last; ++i) {
+      if (i != first && surface.points.row(*i) == surface.points.row(*(i - 1))) {
+        ++c.duplicates;
+      } else {
+        c.row.push_back(*i);
+      }
+    }
   }
-  return std::sqrt(median(area));
-}
-
-double cloud_spacing(const Surface& s) {
-  const Nearest nearest(s.points);
-  std::vector<double> spacing;
-  Nearest::Hit hits[kNeighbours];
-  const std::int64_t step = std::max<std::int64_t>(1, s.size() / kSamples);
-  spacing.reserve(static_cast<std::size_t>(s.size() / step + 1));
-  for (std::int64_t i = 0; i < s.size(); i += step) {
-    if (!s.present(i)) continue;
-    const int n = nearest.neighbours(s.point(i), kNeighbours, std::numeric_limits<double>::infinity(), hits);
-    if (n > 2 && hits[n - 1].distance2 > 0) spacing.push_back(std::sqrt(kPi * hits[n - 1].distance2 / (n - 0.5)));
-  }
-  return median(spacing);
+  c.begin.back() = static_cast<std::int64_t>(c.row.size());
 }
 
 }  // namespace
-
-double spacing_of(const Surface& surface) {
-  double h = kNan;
-  if (surface.faces.rows() > 0) h = mesh_spacing(surface);
-  if (!(h > 0) && surface.organised()) h = grid_spacing(surface);
-  return h > 0 ? h : cloud_spacing(surface);
-}
 
 std::int64_t SkinCells::axis_cell(int axis, double value) const {
   const double at = std::floor((value - low[axis]) / size);
@@ -88,67 +90,13 @@ SkinCells make_skin_cells(const Surface& surface, double size) {
   std::vector<std::int32_t> rows;
   rows.reserve(static_cast<std::size_t>(surface.size()));
   for (std::int64_t i = 0; i < surface.size(); ++i) {
-    if (surface.present(i) && surface.normals(i, 0) == surface.normals(i, 0))
-      rows.push_back(static_cast<std::int32_t>(i));
+    if (oriented(surface, i)) rows.push_back(static_cast<std::int32_t>(i));
   }
   if (rows.empty()) {
     c.begin = {0, 0};
   } else {
-    // The box leaves out a few far points, which count to the cells at its border.
-    Vec3 high;
-    const std::size_t step = std::max<std::size_t>(1, rows.size() / 4000);
-    for (int axis = 0; axis < 3; ++axis) {
-      std::vector<double> v;
-      v.reserve(rows.size() / step + 1);
-      for (std::size_t i = 0; i < rows.size(); i += step) v.push_back(surface.points(rows[i], axis));
-      std::sort(v.begin(), v.end());
-      const std::size_t cut = v.size() / 200;
-      const double a = v[cut], b = v[v.size() - 1 - cut];
-      c.low[axis] = a - 0.1 * (b - a);
-      high[axis] = b + 0.1 * (b - a);
-    }
-    const double most = kCellsPerPoint * static_cast<double>(rows.size()) + 4096;
-    for (;; c.size *= 1.3) {
-      double cells = 1;
-      for (int axis = 0; axis < 3; ++axis) cells *= std::floor((high[axis] - c.low[axis]) / c.size) + 1;
-      if (cells <= most) break;
-    }
-    for (int axis = 0; axis < 3; ++axis)
-      c.count[axis] = static_cast<std::int64_t>(std::floor((high[axis] - c.low[axis]) / c.size)) + 1;
-    const auto cells = static_cast<std::size_t>(c.count[0] * c.count[1] * c.count[2]);
-    std::vector<std::int32_t> at(rows.size());
-    c.begin.assign(cells + 1, 0);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      at[i] = static_cast<std::int32_t>(c.cell_of(surface.point(rows[i])));
-      ++c.begin[static_cast<std::size_t>(at[i]) + 1];
-    }
-    std::partial_sum(c.begin.begin(), c.begin.end(), c.begin.begin());
-    std::vector<std::int64_t> next(c.begin.begin(), c.begin.end() - 1);
-    std::vector<std::int32_t> sorted(rows.size());
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      sorted[static_cast<std::size_t>(next[static_cast<std::size_t>(at[i])]++)] = rows[i];
-    // Within a cell by place, so that second points at one place are found and left out.
-    const auto before = [&](std::int32_t a, std::int32_t b) {
-      for (int k = 0; k < 3; ++k) {
-        if (surface.points(a, k) != surface.points(b, k)) return surface.points(a, k) < surface.points(b, k);
-      }
-      return a < b;
-    };
-    c.row.reserve(rows.size());
-    for (std::size_t k = 0; k < cells; ++k) {
-      const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(c.begin[k]);
-      const auto last = sorted.begin() + static_cast<std::ptrdiff_t>(c.begin[k + 1]);
-      std::sort(first, last, before);
-      c.begin[k] = static_cast<std::int64_t>(c.row.size());
-      for (auto i = first; i != last; ++i) {
-        if (i != first && surface.points.row(*i) == surface.points.row(*(i - 1))) {
-          ++c.duplicates;
-        } else {
-          c.row.push_back(*i);
-        }
-      }
-    }
-    c.begin[cells] = static_cast<std::int64_t>(c.row.size());
+    lay_cells(surface, rows, c);
+    keep_places(surface, sorted_by_cell(surface, rows, c), c);
   }
   const std::size_t n = c.row.size() + 4;
   for (auto* v : {&c.x, &c.y, &c.z, &c.nx, &c.ny, &c.nz, &c.weight}) v->assign(n, 0);

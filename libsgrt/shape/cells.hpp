@@ -10,6 +10,11 @@
 
 namespace sgrt {
 
+// A point whose outward side is known.
+inline bool oriented(const Surface& s, std::int64_t i) {
+  return s.present(i) && s.normals(i, 0) == s.normals(i, 0);
+}
+
 struct SkinCells {
   double size = 0;  // mm, of a cell
   Vec3 low = Vec3::Zero();
@@ -25,6 +30,22 @@ struct SkinCells {
   }
   std::int64_t axis_cell(int axis, double value) const;  // places beyond the box count to its border
   std::int64_t cell_of(const Vec3& p) const;
+
+  // Calls f(begin, end) for the runs of points in the cells that the ball about p meets.
+  template <class F>
+  void each_run(const Vec3& p, double radius, F&& f) const {
+    std::int64_t from[3], to[3];
+    for (int k = 0; k < 3; ++k) {
+      from[k] = axis_cell(k, p[k] - radius);
+      to[k] = axis_cell(k, p[k] + radius);
+    }
+    for (std::int64_t k = from[2]; k <= to[2]; ++k) {
+      for (std::int64_t j = from[1]; j <= to[1]; ++j) {
+        const std::int64_t cell = (k * count[1] + j) * count[0];
+        f(begin[static_cast<std::size_t>(cell + from[0])], begin[static_cast<std::size_t>(cell + to[0] + 1)]);
+      }
+    }
+  }
 };
 
 // The same surface at several levels of detail: one point in place of each that share a small cube, which changes
@@ -37,8 +58,5 @@ struct Pyramid {
 // The surface must have normals. size: a wish; larger where the surface is spread too wide for it.
 SkinCells make_skin_cells(const Surface& surface, double size);
 Pyramid make_pyramid(const Surface& surface, double spacing);
-
-// The area that a point stands for, as a length: the median over the surface. NaN where it has fewer than 3 points.
-double spacing_of(const Surface& surface);
 
 }  // namespace sgrt

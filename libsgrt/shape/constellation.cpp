@@ -26,17 +26,6 @@ constexpr double kLeastCosine = 0.4;
 constexpr double kPower = 0.75;
 constexpr double kTilt = 0.4;  // sigma of one less the cosine between the skin's normal and the model's
 
-int sign_of(const LandmarkPoint& p) {
-  return p.k1 + p.k2 > 0 ? 1 : -1;
-}
-double curvedness(double k1, double k2) {
-  return std::sqrt(0.5 * (k1 * k1 + k2 * k2));
-}
-
-double shape_of(double k1, double k2) {
-  return 0.63661977236758134 * std::atan2(k1 + k2, k1 - k2);
-}
-
 struct Pair {
   Vec3 model, live, model_normal, live_normal;
   double weight;
@@ -73,18 +62,17 @@ class Search {
       // A disc wider than the model's sees less of a form of radius 1 / C.
       const double C = curvedness(p.k1, p.k2);
       curved_.push_back(C * std::hypot(1, C * model.scale) / std::hypot(1, C * scene.scale));
-      shape_.push_back(shape_of(p.k1, p.k2));
+      shape_.push_back(shape_index(p.k1, p.k2));
     }
     for (const Candidate& c : scene.candidates) {
       candidate_curved_.push_back(curvedness(c.k1, c.k2));
-      candidate_shape_.push_back(shape_of(c.k1, c.k2));
+      candidate_shape_.push_back(shape_index(c.k1, c.k2));
       // A bump on a flank is less of a landmark than one that stands alone.
       stands_out_.push_back(std::sqrt(std::min(1.0, c.persistence / (kAlone * std::abs(c.mean)))));
     }
     facing_ = Vec3::Zero();
     for (std::int64_t i = 0; i < scene.surface->size(); ++i) {
-      if (scene.surface->present(i) && scene.surface->normals(i, 0) == scene.surface->normals(i, 0))
-        facing_ += scene.surface->normal(i);
+      if (oriented(*scene.surface, i)) facing_ += scene.surface->normal(i);
     }
     facing_ /= std::max(1.0, static_cast<double>(scene.nearest.size()));
   }
@@ -172,18 +160,15 @@ class Search {
       }
       if (seen) {
         const auto hit = scene_.nearest.nearest(x, std::max(6.0, 2 * tolerance(i)));
-        if (hit.index < 0 || scene_.field.reason[static_cast<std::size_t>(hit.index)] != 0) {
+        if (hit.index < 0 || scene_.field().reason[static_cast<std::size_t>(hit.index)] != 0) {
           m.value[i] = 0, m.candidate[i] = -1;
           // Skin that should face the sensor and is not there speaks against the match.
           if (hit.index < 0 && normal.dot(facing_) > kFacing) all += kMissing * std::min(1.0, curved_[i] / 0.06);
           continue;
         }
-      }
-      // Skin that passes the place by, or looks elsewhere, speaks against the match too.
-      if (seen) {
-        const auto hit = scene_.nearest.nearest(x, 1e3);
+        // Skin that passes the place by, or looks elsewhere, speaks against the match too.
         const double off = normal.dot(scene_.surface->point(hit.index) - x) / tolerance(i);
-        const double tilt = (1 - normal.dot(scene_.field.normals.row(hit.index))) / kTilt;
+        const double tilt = (1 - normal.dot(scene_.field().normals.row(hit.index))) / kTilt;
         m.value[i] *= std::exp(-0.25 * off * off - 0.25 * tilt * tilt);
       }
       ++m.seen;

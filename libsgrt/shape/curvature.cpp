@@ -23,57 +23,22 @@ constexpr std::int64_t kAgainst = 4;  // one neighbour in so many has the opposi
 constexpr double kExact = 1e-9;       // curvature over the disc's radius that is rounding
 constexpr std::int64_t kBlock = 256;
 
-void check(const Surface& surface, const CurvatureOptions& o) {
+void check(const CurvatureOptions& o) {
   if (o.degree < 2 || o.degree > 4)
     fail(Status::kInvalidArgument, "degree: " + std::to_string(o.degree) + ", expected 2 to 4");
   require(o.radius >= 0 && o.radius <= kMaxCoordinate, "radius_mm: expected 0 (chosen) or a positive number");
   require(o.max_radius > 0, "max_radius_mm: expected a positive number");
   require(o.noise >= 0 && o.noise <= kMaxCoordinate, "noise_mm: expected 0 (measured) or a positive number");
   require(o.max_sigma > 0, "max_sigma_per_mm: expected a positive number");
-  if (!surface.has_normals())
-    fail(Status::kInvalidArgument,
-         "surface: it has no normals, expected some: they say what is outward, so what is convex");
 }
 
 void make_room(CurvatureField& f, const Surface& surface) {
   const std::int64_t n = surface.size();
   f.height = surface.height, f.width = surface.width;
-  for (auto* v : {&f.k1, &f.k2, &f.mean, &f.gauss, &f.shape_index, &f.curvedness, &f.sigma_k1, &f.sigma_k2,
-                  &f.sigma_mean, &f.sigma_gauss, &f.sigma_shape_index, &f.radius})
-    v->setConstant(n, kNan);
-  for (auto* m : {&f.normals, &f.d1, &f.d2}) m->setConstant(n, 3, kNan);
+  for (const auto number : kCurvatureNumbers) (f.*number).setConstant(n, kNan);
+  for (const auto vector : kCurvatureVectors) (f.*vector).setConstant(n, 3, kNan);
   f.reason.assign(static_cast<std::size_t>(n), static_cast<std::uint8_t>(CurvatureReason::kAbsent));
   f.hk.assign(static_cast<std::size_t>(n), 0);
-}
-
-Heights heights_of(const Run& run, const Surface& surface, const Pyramid& pyramid, double spacing,
-                   const CurvatureOptions& o, double* median) {
-  const SkinCells& cells = pyramid.levels[0];
-  Heights h;
-  if (o.noise > 0) {
-    h.common = o.noise * o.noise * surface.correlation_points;
-    *median = o.noise;
-    return h;
-  }
-  if (surface.sigma.size() > 0 || surface.covariance.rows() > 0) {
-    h.variance.assign(static_cast<std::size_t>(surface.size()), 0);
-    std::vector<double> all;
-    all.reserve(cells.row.size());
-    for (const std::int32_t row : cells.row) {
-      const double v = surface.variance_along(row, surface.normal(row));
-      h.variance[static_cast<std::size_t>(row)] = v * surface.correlation_points;
-      all.push_back(v);
-    }
-    if (!all.empty()) {
-      std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-      *median = std::sqrt(all[all.size() / 2]);
-    }
-    return h;
-  }
-  const double v = measured_variance(run, pyramid, spacing, o.degree);
-  *median = std::sqrt(v);
-  h.common = (v == v ? v : 0) * surface.correlation_points;
-  return h;
 }
 
 // Sigmas by the delta method about the tensor's principal axes, bias added (eq. 17-18).
@@ -103,17 +68,17 @@ void spread(const Jet& jet, const Curvature& c, double variance, double bias2_me
 
 class Field {
  public:
-  Field(const Run& run, const Surface& surface, const CurvatureOptions& o, CurvatureField& out)
-      : run_(run), surface_(surface), o_(o), f_(out) {}
+  Field(const Run& run, const Surface& surface, const Grain& grain, const CurvatureOptions& o, CurvatureField& out)
+      : run_(run), surface_(surface), grain_(grain), o_(o), f_(out) {}
 
   void operator()() {
     make_room(f_, surface_);
     for (std::int64_t i = 0; i < surface_.size(); ++i) {
       if (!surface_.present(i)) continue;
-      const bool normal = surface_.normals(i, 0) == surface_.normals(i, 0);
-      say(i, normal ? CurvatureReason::kTooFew : CurvatureReason::kNoNormal);
+      say(i, oriented(surface_, i) ? CurvatureReason::kTooFew : CurvatureReason::kNoNormal);
     }
-    f_.spacing = spacing_of(surface_);
+    f_.spacing = grain_.spacing;
+    f_.noise = grain_.noise;
     if (f_.spacing > 0) fill();
     for (const std::uint8_t r : f_.reason) ++f_.count[r];
     f_.known = f_.count[0];
@@ -125,23 +90,20 @@ class Field {
   }
 
   void fill() {
-    const Pyramid pyramid = make_pyramid(surface_, f_.spacing);
-    const SkinCells& cells = pyramid.levels[0];
+    const SkinCells& cells = grain_.pyramid.levels[0];
     f_.duplicates = cells.duplicates;
-    const Heights heights = heights_of(run_, surface_, pyramid, f_.spacing, o_, &f_.noise);
-    const Scales scales = choose_scales(run_, pyramid, f_.spacing, o_, heights);
+    const Scales scales = choose_scales(run_, grain_, o_);
     parallel_for(
         run_, cells.size_of(), kBlock,
         [&](std::int64_t begin, std::int64_t end) {
-          JetFitter fitter(run_, pyramid, o_.degree);
-          for (std::int64_t i = begin; i < end; ++i) at_point(fitter, cells, scales, heights, i);
+          JetFitter fitter(run_, grain_.pyramid, o_.degree);
+          for (std::int64_t i = begin; i < end; ++i) at_point(fitter, cells, scales, i);
         },
         "curvature");
     if (cells.duplicates > 0) copy_to_duplicates(cells);
   }
 
-  void at_point(JetFitter& fitter, const SkinCells& cells, const Scales& scales, const Heights& heights,
-                std::int64_t i) {
+  void at_point(JetFitter& fitter, const SkinCells& cells, const Scales& scales, std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     const std::int32_t row = cells.row[at];
     const Vec3 x(cells.x[at], cells.y[at], cells.z[at]), own(cells.nx[at], cells.ny[at], cells.nz[at]);
@@ -182,7 +144,7 @@ class Field {
                                                        : CurvatureReason::kNotASheet);
     }
     if (own.dot(jet.normal) < -0.2) return say(row, CurvatureReason::kDisagree);
-    write(jet, node, heights.of(row), radius, row);
+    write(jet, node, grain_.heights.of(row), radius, row);
   }
 
   void write(const Jet& jet, const Node& node, double variance, double radius, std::int32_t row) {
@@ -214,16 +176,13 @@ class Field {
     std::vector<std::uint8_t> kept(static_cast<std::size_t>(surface_.size()), 0);
     for (const std::int32_t row : cells.row) kept[static_cast<std::size_t>(row)] = 1;
     for (std::int64_t i = 0; i < surface_.size(); ++i) {
-      if (kept[static_cast<std::size_t>(i)] || !surface_.present(i) || surface_.normals(i, 0) != surface_.normals(i, 0))
-        continue;
+      if (kept[static_cast<std::size_t>(i)] || !oriented(surface_, i)) continue;
       const auto cell = static_cast<std::size_t>(cells.cell_of(surface_.point(i)));
       for (std::int64_t k = cells.begin[cell]; k < cells.begin[cell + 1]; ++k) {
         const std::int32_t from = cells.row[static_cast<std::size_t>(k)];
         if (surface_.points.row(from) != surface_.points.row(i)) continue;
-        for (auto* v : {&f_.k1, &f_.k2, &f_.mean, &f_.gauss, &f_.shape_index, &f_.curvedness, &f_.sigma_k1,
-                        &f_.sigma_k2, &f_.sigma_mean, &f_.sigma_gauss, &f_.sigma_shape_index, &f_.radius})
-          (*v)[i] = (*v)[from];
-        for (auto* m : {&f_.normals, &f_.d1, &f_.d2}) m->row(i) = m->row(from);
+        for (const auto number : kCurvatureNumbers) (f_.*number)[i] = (f_.*number)[from];
+        for (const auto vector : kCurvatureVectors) (f_.*vector).row(i) = (f_.*vector).row(from);
         f_.reason[static_cast<std::size_t>(i)] = f_.reason[static_cast<std::size_t>(from)];
         f_.hk[static_cast<std::size_t>(i)] = f_.hk[static_cast<std::size_t>(from)];
         break;
@@ -233,24 +192,23 @@ class Field {
 
   const Run& run_;
   const Surface& surface_;
+  const Grain& grain_;
   const CurvatureOptions& o_;
   CurvatureField& f_;
 };
 
 }  // namespace
 
-Grain grain_of(const Run& run, const Surface& surface) {
-  Grain grain{spacing_of(surface), kNan};
-  if (!(grain.spacing > 0)) return grain;
-  const Pyramid pyramid = make_pyramid(surface, grain.spacing);
-  heights_of(run, surface, pyramid, grain.spacing, CurvatureOptions{}, &grain.noise);
-  return grain;
+CurvatureField surface_curvature(const Run& run, const Surface& surface, const CurvatureOptions& options) {
+  check(options);
+  return surface_curvature(run, surface, grain_of(run, surface, options.degree, options.noise), options);
 }
 
-CurvatureField surface_curvature(const Run& run, const Surface& surface, const CurvatureOptions& options) {
-  check(surface, options);
+CurvatureField surface_curvature(const Run& run, const Surface& surface, const Grain& grain,
+                                 const CurvatureOptions& options) {
+  check(options);
   CurvatureField out;
-  Field(run, surface, options, out)();
+  Field(run, surface, grain, options, out)();
   return out;
 }
 

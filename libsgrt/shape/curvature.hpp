@@ -9,6 +9,7 @@
 #include "core/run.hpp"
 #include "core/surface.hpp"
 #include "shape/forms.hpp"
+#include "shape/grain.hpp"
 
 namespace sgrt {
 
@@ -46,14 +47,27 @@ struct CurvatureField {
   std::int64_t count[kCurvatureReasons] = {};
 };
 
+// In the order of SGRT_CURVATURE_K1 ... SGRT_CURVATURE_RADIUS, and SGRT_CURVATURE_NORMALS ... SGRT_CURVATURE_D2.
+inline constexpr Eigen::VectorXd CurvatureField::*kCurvatureNumbers[] = {&CurvatureField::k1,
+                                                                         &CurvatureField::k2,
+                                                                         &CurvatureField::mean,
+                                                                         &CurvatureField::gauss,
+                                                                         &CurvatureField::shape_index,
+                                                                         &CurvatureField::curvedness,
+                                                                         &CurvatureField::sigma_k1,
+                                                                         &CurvatureField::sigma_k2,
+                                                                         &CurvatureField::sigma_mean,
+                                                                         &CurvatureField::sigma_gauss,
+                                                                         &CurvatureField::sigma_shape_index,
+                                                                         &CurvatureField::radius};
+inline constexpr Points CurvatureField::*kCurvatureVectors[] = {&CurvatureField::normals, &CurvatureField::d1,
+                                                                &CurvatureField::d2};
+
 // The surface needs normals (kInvalidArgument otherwise).
 CurvatureField surface_curvature(const Run& run, const Surface& surface, const CurvatureOptions& options);
 
-// What a surface's points are like: the length of which each stands for the square, and one sigma along the normal, mm
-// (its own, or measured); NaN where it cannot be told.
-struct Grain {
-  double spacing, noise;
-};
-Grain grain_of(const Run& run, const Surface& surface);
+// The same on the surface's own grain, which several calls may share; options.noise is not asked.
+CurvatureField surface_curvature(const Run& run, const Surface& surface, const Grain& grain,
+                                 const CurvatureOptions& options);
 
 }  // namespace sgrt

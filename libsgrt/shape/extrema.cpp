@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "core/nearest.hpp"
@@ -11,36 +12,8 @@
 namespace sgrt {
 namespace {
 
-constexpr int kNeighbours = 9;
 constexpr double kReach = 2.5;  // of neighbours over the spacing
 constexpr std::int64_t kBlock = 1024;
-
-std::vector<std::int32_t> neighbours_of(const Run& run, const Surface& surface, const CurvatureField& field) {
-  const std::int64_t n = surface.size();
-  std::vector<std::int32_t> out(static_cast<std::size_t>(n) * kNeighbours, -1);
-  Points known = surface.points;
-  for (std::int64_t i = 0; i < n; ++i) {
-    if (field.reason[static_cast<std::size_t>(i)] != 0)
-      known.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
-  }
-  const Nearest nearest(known);
-  parallel_for(
-      run, n, kBlock,
-      [&](std::int64_t begin, std::int64_t end) {
-        Nearest::Hit hits[kNeighbours];
-        for (std::int64_t i = begin; i < end; ++i) {
-          if (field.reason[static_cast<std::size_t>(i)] != 0) continue;
-          const int count = nearest.neighbours(surface.point(i), kNeighbours, kReach * field.spacing, hits);
-          for (int k = 0; k < count; ++k) {
-            // Another sheet is not next to this one, however near.
-            if (field.normals.row(i).dot(field.normals.row(hits[k].index)) < 0.3) continue;
-            out[static_cast<std::size_t>(i * kNeighbours + k)] = static_cast<std::int32_t>(hits[k].index);
-          }
-        }
-      },
-      "landmarks: neighbours");
-  return out;
-}
 
 void add_extrema(const CurvatureField& field, const std::vector<std::int32_t>& beside, int sign, double sigmas,
                  std::vector<Extremum>& out) {
@@ -68,8 +41,8 @@ void add_extrema(const CurvatureField& field, const std::vector<std::int32_t>& b
   };
   for (const std::int32_t i : order) {
     parent[static_cast<std::size_t>(i)] = i;
-    for (int k = 0; k < kNeighbours; ++k) {
-      const std::int32_t j = beside[static_cast<std::size_t>(i) * kNeighbours + static_cast<std::size_t>(k)];
+    for (std::size_t k = 0; k < kBeside; ++k) {
+      const std::int32_t j = beside[static_cast<std::size_t>(i) * kBeside + k];
       if (j < 0 || j == i || parent[static_cast<std::size_t>(j)] < 0) continue;
       const std::int32_t a = top(i), b = top(j);
       if (a == b) continue;
@@ -86,8 +59,35 @@ void add_extrema(const CurvatureField& field, const std::vector<std::int32_t>& b
 
 }  // namespace
 
-std::vector<Extremum> extrema(const Run& run, const Surface& surface, const CurvatureField& field, double sigmas) {
-  const std::vector<std::int32_t> beside = neighbours_of(run, surface, field);
+std::vector<std::int32_t> beside_in_sheet(const Run& run, const Surface& surface, const CurvatureField& field) {
+  const std::int64_t n = surface.size();
+  std::vector<std::int32_t> out(static_cast<std::size_t>(n) * kBeside, -1);
+  Points known = surface.points;
+  for (std::int64_t i = 0; i < n; ++i) {
+    if (field.reason[static_cast<std::size_t>(i)] != 0)
+      known.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  const Nearest nearest(known);
+  parallel_for(
+      run, n, kBlock,
+      [&](std::int64_t begin, std::int64_t end) {
+        Nearest::Hit hits[kBeside];
+        for (std::int64_t i = begin; i < end; ++i) {
+          if (field.reason[static_cast<std::size_t>(i)] != 0) continue;
+          const int count = nearest.neighbours(surface.point(i), kBeside, kReach * field.spacing, hits);
+          for (int k = 0; k < count; ++k) {
+            // Another sheet is not next to this one, however near.
+            if (field.normals.row(i).dot(field.normals.row(hits[k].index)) < 0.3) continue;
+            out[static_cast<std::size_t>(i) * kBeside + static_cast<std::size_t>(k)] =
+                static_cast<std::int32_t>(hits[k].index);
+          }
+        }
+      },
+      "landmarks: neighbours");
+  return out;
+}
+
+std::vector<Extremum> extrema(const CurvatureField& field, const std::vector<std::int32_t>& beside, double sigmas) {
   std::vector<Extremum> out;
   for (const int sign : {1, -1}) add_extrema(field, beside, sign, sigmas, out);
   std::stable_sort(out.begin(), out.end(),
@@ -95,8 +95,8 @@ std::vector<Extremum> extrema(const Run& run, const Surface& surface, const Curv
   return out;
 }
 
-std::vector<std::uint8_t> crests(const Run& run, const Surface& surface, const CurvatureField& field, double sigmas) {
-  const std::vector<std::int32_t> beside = neighbours_of(run, surface, field);
+std::vector<std::uint8_t> crests(const Run& run, const Surface& surface, const CurvatureField& field,
+                                 const std::vector<std::int32_t>& beside, double sigmas) {
   std::vector<std::uint8_t> out(field.reason.size(), 0);
   parallel_for(
       run, surface.size(), kBlock,
@@ -109,8 +109,8 @@ std::vector<std::uint8_t> crests(const Run& run, const Surface& surface, const C
           if (!(own > sigmas * (ridge ? field.sigma_k1[i] : field.sigma_k2[i]))) continue;
           const Vec3 d = (ridge ? field.d1.row(i) : field.d2.row(i)).transpose();
           bool most = true, sides[2] = {false, false};
-          for (int k = 0; k < kNeighbours && most; ++k) {
-            const std::int32_t j = beside[at * kNeighbours + static_cast<std::size_t>(k)];
+          for (std::size_t k = 0; k < kBeside && most; ++k) {
+            const std::int32_t j = beside[at * kBeside + k];
             if (j < 0 || j == i) continue;
             const Vec3 step = surface.point(j) - surface.point(i);
             const double along = step.dot(d);

@@ -10,6 +10,10 @@
 
 namespace sgrt {
 
+// Of each known point up to kBeside known ones next to it in its sheet, itself among them; -1 where there are fewer.
+constexpr std::size_t kBeside = 9;
+std::vector<std::int32_t> beside_in_sheet(const Run& run, const Surface& surface, const CurvatureField& field);
+
 struct Extremum {
   std::int64_t row;    // of the surface
   int sign;            // +1: a maximum of H (convex), -1: a minimum (concave)
@@ -17,13 +21,15 @@ struct Extremum {
 };
 
 // Maxima of H above 0 and minima below it that stand out by more than `sigmas` of their own sigma, the most persistent
-// first. Surface: the one that the field is of.
-std::vector<Extremum> extrema(const Run& run, const Surface& surface, const CurvatureField& field, double sigmas);
+// first.
+std::vector<Extremum> extrema(const CurvatureField& field, const std::vector<std::int32_t>& beside, double sigmas);
 
 // The numbers are those of SGRT_CREST_... in sgrt.h.
 enum class Crest : std::uint8_t { kNone = 0, kRidge = 1, kValley = 2 };
 
 // Points at which k1 (k2) is the largest (least) along its own direction, and bent by more than `sigmas`.
-std::vector<std::uint8_t> crests(const Run& run, const Surface& surface, const CurvatureField& field, double sigmas);
+// Surface: the one that the field is of.
+std::vector<std::uint8_t> crests(const Run& run, const Surface& surface, const CurvatureField& field,
+                                 const std::vector<std::int32_t>& beside, double sigmas);
 
 }  // namespace sgrt

@@ -13,6 +13,21 @@ constexpr double kPi = 3.14159265358979323846;
 
 }  // namespace
 
+double shape_index(double k1, double k2) {
+  return k1 == 0 && k2 == 0 ? kNan : 2 / kPi * std::atan2(k1 + k2, k1 - k2);
+}
+
+double curvedness(double k1, double k2) {
+  return std::sqrt(0.5 * (k1 * k1 + k2 * k2));
+}
+
+Eigen::Matrix<double, 2, 3> tangent_plane(const Vec3& n) {
+  const Vec3 e1 = n.unitOrthogonal();
+  Eigen::Matrix<double, 2, 3> axes;
+  axes << e1.transpose(), n.cross(e1).transpose();
+  return axes;
+}
+
 Curvature unknown_curvature() {
   const Vec3 none = Vec3::Constant(kNan);
   return {kNan, kNan, kNan, kNan, kNan, kNan, none, none, none};
@@ -26,8 +41,8 @@ Curvature curvature_of_tensor(double a, double b, double c, const Vec3& normal, 
   const double difference = std::hypot(half, b);  // sqrt(H^2 - K), never of a negative number
   out.k1 = out.mean + difference;
   out.k2 = out.mean - difference;
-  out.curvedness = std::sqrt(0.5 * (out.k1 * out.k1 + out.k2 * out.k2));
-  out.shape_index = out.k1 == 0 && out.k2 == 0 ? kNan : 2 / kPi * std::atan2(out.k1 + out.k2, out.k1 - out.k2);
+  out.curvedness = curvedness(out.k1, out.k2);
+  out.shape_index = shape_index(out.k1, out.k2);
   out.normal = normal;
   // The direction of k1: twice its angle is that of (half, b).
   double cosine = 1, sine = 0;

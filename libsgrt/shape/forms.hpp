@@ -31,6 +31,12 @@ struct Curvature {
   Vec3 d1, d2;         // unit, of k1 and k2; n, d1, d2 right-handed. Any pair at an umbilic
 };
 
+double shape_index(double k1, double k2);
+double curvedness(double k1, double k2);
+
+// Two axes of the plane across the unit vector n, in rows, right-handed with it.
+Eigen::Matrix<double, 2, 3> tangent_plane(const Vec3& n);
+
 // All NaN.
 Curvature unknown_curvature();
 

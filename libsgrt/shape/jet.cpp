@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shape/forms.hpp"
+
 namespace sgrt {
 namespace {
 
@@ -14,9 +16,7 @@ constexpr std::int64_t kMost = 16384;  // points of a disc; of denser ones every
 
 Mat3 axes_about(const Vec3& n) {
   Mat3 axes;
-  const Vec3 e1 = n.unitOrthogonal();
-  axes.row(0) = e1.transpose();
-  axes.row(1) = n.cross(e1).transpose();
+  axes.topRows<2>() = tangent_plane(n);
   axes.row(2) = n.transpose();
   return axes;
 }
@@ -119,39 +119,30 @@ void JetFitter::gather(const Vec3& p, const Mat3& axes, double radius) {
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(disc.axes) = axes;
   disc.radius = radius;
   disc.least_cosine = kLeastCosine;
-  std::int64_t from[3], to[3];
-  for (int k = 0; k < 3; ++k) {
-    from[k] = cells.axis_cell(k, p[k] - radius);
-    to[k] = cells.axis_cell(k, p[k] + radius);
-  }
   const auto sheet = cells.sheet();
+  const auto call = avx2_ ? kernels::gather_avx2 : kernels::gather_baseline;
   n_ = 0;
-  for (std::int64_t k = from[2]; k <= to[2]; ++k) {
-    for (std::int64_t j = from[1]; j <= to[1]; ++j) {
-      const std::int64_t row = (k * cells.count[1] + j) * cells.count[0];
-      const std::int64_t begin = cells.begin[static_cast<std::size_t>(row + from[0])];
-      const std::int64_t end = cells.begin[static_cast<std::size_t>(row + to[0] + 1)];
-      if (begin == end) continue;
-      const auto need = static_cast<std::size_t>(n_ + (end - begin) + 4);
-      if (u_.size() < need) {
-        for (auto* v : {&u_, &v_, &w_, &one_}) v->resize(2 * need);
-      }
-      const auto call = avx2_ ? kernels::gather_avx2 : kernels::gather_baseline;
-      n_ += call(sheet, disc, begin, end, u_.data() + n_, v_.data() + n_, w_.data() + n_, one_.data() + n_);
-      if (n_ > kMost) {  // thin out, evenly
-        long kept = 0;
-        for (long i = 0; i + 8 <= n_; i += 8, kept += 4) {
-          for (int l = 0; l < 4; ++l) {
-            u_[static_cast<std::size_t>(kept + l)] = u_[static_cast<std::size_t>(i + 2 * l)];
-            v_[static_cast<std::size_t>(kept + l)] = v_[static_cast<std::size_t>(i + 2 * l)];
-            w_[static_cast<std::size_t>(kept + l)] = w_[static_cast<std::size_t>(i + 2 * l)];
-            one_[static_cast<std::size_t>(kept + l)] = one_[static_cast<std::size_t>(i + 2 * l)];
-          }
-        }
-        n_ = kept;
-      }
+  cells.each_run(p, radius, [&](std::int64_t begin, std::int64_t end) {
+    if (begin == end) return;
+    const auto need = static_cast<std::size_t>(n_ + (end - begin) + 4);
+    if (u_.size() < need) {
+      for (auto* v : {&u_, &v_, &w_, &one_}) v->resize(2 * need);
+    }
+    n_ += call(sheet, disc, begin, end, u_.data() + n_, v_.data() + n_, w_.data() + n_, one_.data() + n_);
+    if (n_ > kMost) thin_out();
+  });
+}
+
+// Every second point, in whole groups of four.
+void JetFitter::thin_out() {
+  long kept = 0;
+  for (long i = 0; i + 8 <= n_; i += 8, kept += 4) {
+    for (long l = 0; l < 4; ++l) {
+      for (auto* v : {&u_, &v_, &w_, &one_})
+        (*v)[static_cast<std::size_t>(kept + l)] = (*v)[static_cast<std::size_t>(i + 2 * l)];
     }
   }
+  n_ = kept;
 }
 
 Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
@@ -180,42 +171,20 @@ Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
   return jet;
 }
 
-JetFitter::Skin JetFitter::skin(const Vec3& p, const Vec3& normal, double radius) {
-  const Jet jet = fit(p, normal, radius);
-  Skin s;
-  s.found = jet.fault == JetFault::kNone;
-  if (!s.found) return s;
-  s.foot = jet.foot;
-  s.normal = jet.normal;
-  s.variance = jet.foot_variance;
-  s.count = jet.count;
-  return s;
-}
-
 void JetFitter::look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const {
   const SkinCells& cells = pyramid_.levels[0];
   *all = *against = 0;
-  std::int64_t from[3], to[3];
-  for (int k = 0; k < 3; ++k) {
-    from[k] = cells.axis_cell(k, p[k] - radius);
-    to[k] = cells.axis_cell(k, p[k] + radius);
-  }
-  for (std::int64_t k = from[2]; k <= to[2]; ++k) {
-    for (std::int64_t j = from[1]; j <= to[1]; ++j) {
-      const std::int64_t row = (k * cells.count[1] + j) * cells.count[0];
-      const std::int64_t end = std::min(cells.begin[static_cast<std::size_t>(row + to[0] + 1)],
-                                        cells.begin[static_cast<std::size_t>(row + from[0])] + kMost);
-      for (std::int64_t i = cells.begin[static_cast<std::size_t>(row + from[0])]; i < end; ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        const Vec3 d(cells.x[at] - p[0], cells.y[at] - p[1], cells.z[at] - p[2]);
-        if (d.squaredNorm() > radius * radius) continue;
-        ++*all;
-        // A thin body has a far side too: only points in the same sheet count against.
-        const double c = normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
-        if (c < -0.5 && std::abs(d.dot(normal)) < 0.3 * radius) ++*against;
-      }
+  cells.each_run(p, radius, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < std::min(end, begin + kMost); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const Vec3 d(cells.x[at] - p[0], cells.y[at] - p[1], cells.z[at] - p[2]);
+      if (d.squaredNorm() > radius * radius) continue;
+      ++*all;
+      // A thin body has a far side too: only points in the same sheet count against.
+      const double c = normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
+      if (c < -0.5 && std::abs(d.dot(normal)) < 0.3 * radius) ++*against;
     }
-  }
+  });
 }
 
 }  // namespace sgrt

@@ -22,6 +22,8 @@ struct Jet {
   double foot_variance;  // of the foot along the normal, for unit variance
   double residual;       // mm2, sum of squares about the fit
   int unknowns;
+
+  bool found() const { return fault == JetFault::kNone; }
 };
 
 // One thread's scratch.
@@ -30,19 +32,12 @@ class JetFitter {
   JetFitter(const Run& run, const Pyramid& pyramid, int degree);
   // At place p with about this normal (outward).
   Jet fit(const Vec3& p, const Vec3& normal, double radius);
-  // Only where the skin is, along the normal.
-  struct Skin {
-    bool found = false;
-    Vec3 foot, normal;
-    double variance;  // of the foot along the normal, for unit variance of the points
-    int count;
-  };
-  Skin skin(const Vec3& p, const Vec3& normal, double radius);
   // Points in the ball, of any normal: their number, and how many look the other way.
   void look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const;
 
  private:
   void gather(const Vec3& p, const Mat3& axes, double radius);
+  void thin_out();
 
   const Pyramid& pyramid_;
   int degree_;
@@ -50,6 +45,8 @@ class JetFitter {
   long n_ = 0;
   std::vector<double> u_, v_, w_, one_;
 };
+
+constexpr double kLeastDisc[] = {0, 0, 2.2, 2.8, 3.4};  // smallest radius over the points' spacing, by degree
 
 constexpr int unknowns_of(int degree) {
   return (degree + 1) * (degree + 2) / 2;

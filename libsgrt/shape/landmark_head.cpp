@@ -10,15 +10,11 @@ struct Row {
   const char* name;
   double x, y, z, nx, ny, nz, k1, k2, sigma;
 };
-constexpr Row kMiddle[] = {
-    {"nose_apex", 0, 0, 0, 0, 0, 1, 0.11, 0.08, 3},
-    {"nasion", 0, 43, -24, 0, 0.2, 1, 0.05, -0.07, 4.5},
-    {"chin", 0, -69, -14, 0, -0.2, 1, 0.06, 0.04, 6},
-};
-constexpr Row kSides[] = {
-    {"ala", 15.5, -6, -11, 0.7, -0.2, 0.7, 0.12, 0.04, 3},
-    {"nasolabial", 22, -17, -25, 0.3, 0, 1, -0.06, -0.12, 4},
-    {"nasofacial", 18.5, 9, -22, 0.3, 0, 1, -0.03, -0.12, 4},
+// x > 0: a pair, of which this is the left one.
+constexpr Row kRows[] = {
+    {"nose_apex", 0, 0, 0, 0, 0, 1, 0.11, 0.08, 3},           {"ala", 15.5, -6, -11, 0.7, -0.2, 0.7, 0.12, 0.04, 3},
+    {"nasion", 0, 43, -24, 0, 0.2, 1, 0.05, -0.07, 4.5},      {"nasolabial", 22, -17, -25, 0.3, 0, 1, -0.06, -0.12, 4},
+    {"nasofacial", 18.5, 9, -22, 0.3, 0, 1, -0.03, -0.12, 4}, {"chin", 0, -69, -14, 0, -0.2, 1, 0.06, 0.04, 6},
     {"eye_inner", 16.5, 35, -30, 0, 0, 1, -0.07, -0.09, 3.5},
 };
 
@@ -38,12 +34,13 @@ LandmarkModel head_model() {
   m.id = "head";
   m.scale = 6;
   m.size_range = 0.2;
-  m.points.push_back(point_of(kMiddle[0], "nose_apex", 1));
-  for (const Row& r : kSides) {
-    m.points.push_back(point_of(r, std::string(r.name) + "_left", 1));
-    m.points.push_back(point_of(r, std::string(r.name) + "_right", -1));
-    if (std::string(r.name) == "ala") m.points.push_back(point_of(kMiddle[1], "nasion", 1));
-    if (std::string(r.name) == "nasofacial") m.points.push_back(point_of(kMiddle[2], "chin", 1));
+  for (const Row& r : kRows) {
+    if (r.x == 0) {
+      m.points.push_back(point_of(r, r.name, 1));
+    } else {
+      m.points.push_back(point_of(r, std::string(r.name) + "_left", 1));
+      m.points.push_back(point_of(r, std::string(r.name) + "_right", -1));
+    }
   }
   return m;
 }

@@ -24,15 +24,15 @@ Points patch_about(const Run& run, const LandmarkScene& scene, const Vec3& x, co
                    double spacing) {
   std::vector<Nearest::Hit> hits(4096);
   const int n = scene.nearest.neighbours(x, static_cast<int>(hits.size()), radius, hits.data());
-  JetFitter fitter(run, scene.pyramid, 2);
+  JetFitter fitter(run, scene.grain->pyramid, kLandmarkDegree);
   std::vector<Vec3> kept;
   for (int k = 0; k < n; ++k) {
     const std::int64_t i = hits[static_cast<std::size_t>(k)].index;
     const Vec3 p = scene.surface->point(i), m = scene.surface->normal(i);
     if (!(m.dot(normal) > 0.2)) continue;
     if (std::any_of(kept.begin(), kept.end(), [&](const Vec3& q) { return (p - q).norm() < spacing; })) continue;
-    const JetFitter::Skin skin = fitter.skin(p, m, std::max(2.6 * scene.spacing, 2.0));
-    if (skin.found) kept.push_back(skin.foot);
+    const Jet skin = fitter.fit(p, m, std::max(2.6 * scene.grain->spacing, 2.0));
+    if (skin.found()) kept.push_back(skin.foot);
   }
   Points out(static_cast<Eigen::Index>(kept.size()), 3);
   for (std::size_t i = 0; i < kept.size(); ++i) out.row(static_cast<Eigen::Index>(i)) = kept[i].transpose();
@@ -57,12 +57,12 @@ void sharpen(const Run& run, const LandmarkScene& fine, Landmark& l, const Vec3&
 void add_point(const Run& run, const LandmarkScene& scene, const LearnOptions& o, const std::string& name,
                const Vec3& x, LandmarkModel& model) {
   const auto hit = scene.nearest.nearest(x, 5);
-  if (hit.index < 0 || scene.field.reason[static_cast<std::size_t>(hit.index)] != 0) return;
+  if (hit.index < 0 || scene.field().reason[static_cast<std::size_t>(hit.index)] != 0) return;
   LandmarkPoint p;
   p.name = name;
   p.position = x;
-  p.normal = scene.field.normals.row(hit.index).transpose();
-  p.k1 = scene.field.k1[hit.index], p.k2 = scene.field.k2[hit.index];
+  p.normal = scene.field().normals.row(hit.index).transpose();
+  p.k1 = scene.field().k1[hit.index], p.k2 = scene.field().k2[hit.index];
   p.sigma = kOwnSigma;
   p.patch = patch_about(run, scene, x, p.normal, o.patch, model.patch_spacing);
   if (p.patch.rows() >= 6 && std::abs(p.k1 + p.k2) > 0) model.points.push_back(std::move(p));
@@ -75,28 +75,28 @@ LandmarkModel learn_model(const Run& run, const Surface& reference, const Landma
     fail(Status::kInvalidArgument, "count: " + std::to_string(o.count) + ", expected 4 to 64");
   require(o.scale >= 0 && o.scale <= 50, "scale_mm: expected 0 (chosen) or up to 50");
   require(o.patch >= 5 && o.patch <= 50, "patch_mm: expected 5 to 50");
-  const LandmarkScene scene = make_landmark_scene(run, reference, o.scale > 0 ? o.scale : kScale, 0);
+  const Grain grain = grain_of(run, reference, kLandmarkDegree, 0);
+  const LandmarkScene scene = make_landmark_scene(run, reference, grain, o.scale > 0 ? o.scale : kScale);
   LandmarkModel model;
   model.id = named ? named->id + " of a reference" : "reference";
   model.scale = scene.scale;
-  model.patch_spacing = std::max(kPatchSpacing, scene.spacing);
-  model.patch_sigma = scene.noise > 0 ? scene.noise * 0.5 : 0;
+  model.patch_spacing = std::max(kPatchSpacing, grain.spacing);
+  model.patch_sigma = grain.noise > 0 ? grain.noise * 0.5 : 0;
   if (named) {
-    LocatedLandmarks found = locate(run, reference, *named, LocateOptions{});
+    LocatedLandmarks found = locate(run, reference, grain, *named, LocateOptions{});
     if (found.status != Status::kOk) fail(found.status, found.message);
-    const LandmarkScene fine = make_landmark_scene(run, reference, std::max(2.6 * scene.spacing, 2.5), 0);
+    const LandmarkScene fine = make_landmark_scene(run, reference, grain, std::max(2.6 * grain.spacing, 2.5));
     for (std::size_t i = 0; i < found.points.size(); ++i) {
       Landmark& l = found.points[i];
       if (!l.found) continue;
       const LandmarkPoint& p = named->points[i];
-      sharpen(run, fine, l, (found.live_from_model.R * p.normal).normalized(), p.k1 + p.k2 > 0 ? 1 : -1);
+      sharpen(run, fine, l, (found.live_from_model.R * p.normal).normalized(), sign_of(p));
       add_point(run, scene, o, p.name, l.position, model);
     }
   } else {
     for (const Candidate& c : scene.candidates) {
       if (static_cast<int>(model.points.size()) == o.count) break;
-      const double curved = std::sqrt(0.5 * (c.k1 * c.k1 + c.k2 * c.k2));
-      if (curved < kLeastCurved || c.persistence < 4 * c.sigma) continue;
+      if (curvedness(c.k1, c.k2) < kLeastCurved || c.persistence < 4 * c.sigma) continue;
       const bool near = std::any_of(model.points.begin(), model.points.end(),
                                     [&](const LandmarkPoint& p) { return (p.position - c.x).norm() < kApart; });
       if (near) continue;

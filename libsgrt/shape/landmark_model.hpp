@@ -18,6 +18,11 @@ struct LandmarkPoint {
   Points patch;           // of the reference's skin about it, mm; none in a model of all patients
 };
 
+// +1: convex, a maximum of H; -1: concave.
+inline int sign_of(const LandmarkPoint& p) {
+  return p.k1 + p.k2 > 0 ? 1 : -1;
+}
+
 struct LandmarkModel {
   std::string id;
   double scale = 6;          // mm: radius of the disc at which the curvatures hold

@@ -33,7 +33,7 @@ void not_found(LocatedLandmarks& out, const std::string& why) {
   out.message = why;
   out.live_from_model = {Mat3::Constant(kNan), Vec3::Constant(kNan)};
   out.size = kNan;
-  for (Landmark& l : out.points) l = {false, Vec3::Constant(kNan), Mat3::Constant(kNan), 0};
+  out.points.assign(out.points.size(), {});
 }
 
 // Two poses that lay the model on one place.
@@ -78,22 +78,23 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
                   std::size_t i) {
   const LandmarkPoint& p = model.points[i];
   Landmark out;
+  const double noise = scene.grain->noise;
   const Vec3 normal = match.pose.R * p.normal;
   Vec3 x = match.place(p.position);
-  JetFitter fitter(run, scene.pyramid, 2);
-  const double radius = std::max(0.6 * scene.scale, 2.6 * scene.spacing);
+  JetFitter fitter(run, scene.grain->pyramid, kLandmarkDegree);
+  const double radius = std::max(0.6 * scene.scale, 2.6 * scene.grain->spacing);
   const auto hit = scene.nearest.nearest(x, std::max(8.0, 2.5 * p.sigma));
   if (hit.index < 0) return out;
   Vec3 at = scene.surface->point(hit.index);
   const Vec3 there = scene.surface->normal(hit.index);
   if (!(there.dot(normal) > 0.2)) return out;
-  const JetFitter::Skin skin = fitter.skin(at, there, radius);
-  if (!skin.found) return out;
-  const double thick = skin.variance * scene.noise * scene.noise;
+  const Jet skin = fitter.fit(at, there, radius);
+  if (!skin.found()) return out;
+  const double thick = skin.foot_variance * noise * noise;
   const Mat3 flat = Mat3::Identity() - skin.normal * skin.normal.transpose();
   const Mat3 expected = slack_at(scene, model, match, x) + p.sigma * p.sigma * Mat3::Identity();
   Mat3 prior = flat * expected * flat;
-  const double deep = 0.5 * std::sqrt(0.5 * (p.k1 * p.k1 + p.k2 * p.k2)) * prior.trace();
+  const double deep = 0.5 * curvedness(p.k1, p.k2) * prior.trace();
   prior += std::max(thick + deep * deep, 1e-8) * skin.normal * skin.normal.transpose();
   out.found = true;
   out.position = skin.foot;
@@ -105,10 +106,7 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   if (!peak.found) return out;
   peak.covariance += 1e-8 * Mat3::Identity();
   // In the tangent plane of the extremum; the height is the skin's.
-  const Vec3 e1 = c.n.unitOrthogonal(), e2 = c.n.cross(e1);
-  Eigen::Matrix<double, 2, 3> plane;
-  plane.row(0) = e1.transpose();
-  plane.row(1) = e2.transpose();
+  const Eigen::Matrix<double, 2, 3> plane = tangent_plane(c.n);
   const Eigen::Matrix2d a = plane * expected * plane.transpose();
   const Eigen::Matrix2d b = plane * peak.covariance * plane.transpose();
   const Vec2 d = plane * (peak.x - x);
@@ -116,14 +114,14 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   const Eigen::Matrix2d gain = a * (a + b).inverse();
   const Vec2 back = (Eigen::Matrix2d::Identity() - gain) * -d;
   at = peak.x + plane.transpose() * back;
-  const JetFitter::Skin foot = fitter.skin(at, c.n, radius);
-  if (!foot.found) return out;
+  const Jet foot = fitter.fit(at, c.n, radius);
+  if (!foot.found()) return out;
   out.position = foot.foot;
   const Eigen::Matrix2d post = gain * b;
   // The skin bends away from the plane: a place off by s along it lies k s^2 / 2 deeper.
-  const double sag = 0.5 * std::sqrt(0.5 * (c.k1 * c.k1 + c.k2 * c.k2)) * post.trace();
+  const double sag = 0.5 * curvedness(c.k1, c.k2) * post.trace();
   const Mat3 tangent = Mat3::Identity() - foot.normal * foot.normal.transpose();
-  const double depth = std::max(foot.variance * scene.noise * scene.noise, 1e-8) + sag * sag;
+  const double depth = std::max(foot.foot_variance * noise * noise, 1e-8) + sag * sag;
   out.covariance =
       tangent * (plane.transpose() * post * plane) * tangent + depth * foot.normal * foot.normal.transpose();
   return out;
@@ -201,23 +199,25 @@ void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel&
 }  // namespace
 
 LocatedLandmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options) {
+  return locate(run, live, grain_of(run, live, kLandmarkDegree, options.noise), model, options);
+}
+
+LocatedLandmarks locate(const Run& run, const Surface& live, const Grain& grain, const LandmarkModel& model,
+                        const LocateOptions& options) {
   check_model(model);
   LocatedLandmarks out;
   out.names.reserve(model.points.size());
   for (const LandmarkPoint& p : model.points) out.names.push_back(p.name);
   out.points.resize(model.points.size());
-  const LandmarkScene scene = make_landmark_scene(run, live, model.scale, options.noise);
+  const LandmarkScene scene = make_landmark_scene(run, live, grain, model.scale);
   out.scale = scene.scale;
-  out.noise = scene.noise;
+  out.noise = grain.noise;
   out.candidates = static_cast<int>(scene.candidates.size());
   const std::vector<Match> matches = best_matches(run, scene, model);
   if (model.patch_spacing > 0) {
     by_patches(run, scene, model, matches, out);
   } else {
     by_constellation(run, scene, model, matches, options, out);
-  }
-  for (Landmark& l : out.points) {
-    if (!l.found) l = {false, Vec3::Constant(kNan), Mat3::Constant(kNan), 0};
   }
   return out;
 }

@@ -2,11 +2,13 @@
 // geometry, whatever the pose; each place is then refined, with its covariance. docs/theory/landmarks.md.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "core/error.hpp"
 #include "core/geometry.hpp"
+#include "shape/grain.hpp"
 #include "shape/landmark_model.hpp"
 
 namespace sgrt {
@@ -18,10 +20,10 @@ struct LocateOptions {
 };
 
 struct Landmark {
-  bool found = false;  // the skin is there
-  Vec3 position;       // mm; NaN where not found
-  Mat3 covariance;     // mm2
-  double score = 0;    // 0 to 1: how well an extremum of its kind fits
+  bool found = false;                                                          // the skin is there; NaN otherwise
+  Vec3 position = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());    // mm
+  Mat3 covariance = Mat3::Constant(std::numeric_limits<double>::quiet_NaN());  // mm2
+  double score = 0;  // 0 to 1: how well an extremum of its kind fits
 };
 
 struct LocatedLandmarks {
@@ -39,5 +41,8 @@ struct LocatedLandmarks {
 
 // The surface must have normals.
 LocatedLandmarks locate(const Run& run, const Surface& live, const LandmarkModel& model, const LocateOptions& options);
+// The same on the surface's own grain (see make_landmark_scene); options.noise is not asked.
+LocatedLandmarks locate(const Run& run, const Surface& live, const Grain& grain, const LandmarkModel& model,
+                        const LocateOptions& options);
 
 }  // namespace sgrt

@@ -46,29 +46,29 @@ double reach_of(const LandmarkModel& model) {
 std::vector<Contact> contacts(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                               const std::vector<Sample>& samples, const Pose& pose) {
   std::vector<Contact> out(samples.size());
-  const double radius = std::max(2.6 * scene.spacing, 3.0);
+  const double spacing = scene.grain->spacing, noise = scene.grain->noise;
+  const double radius = std::max(2.6 * spacing, 3.0);
   // A live point counts once, however many discs it lies in: a sample has the area of its share of the patch.
-  const double own = scene.noise > 0 ? scene.noise * scene.noise * scene.surface->correlation_points : 0;
+  const double own = noise > 0 ? noise * noise * scene.surface->correlation_points : 0;
   // The discs reach beyond the patch, so that the points about it have their say too.
   const double reach = reach_of(model);
-  const double share =
-      std::pow(scene.spacing / std::max(model.patch_spacing, 1e-3) * reach / (reach + kBeyond * radius), 2);
+  const double share = std::pow(spacing / std::max(model.patch_spacing, 1e-3) * reach / (reach + kBeyond * radius), 2);
   parallel_for(
       run, static_cast<std::int64_t>(samples.size()), 64,
       [&](std::int64_t begin, std::int64_t end) {
-        JetFitter fitter(run, scene.pyramid, 2);
+        JetFitter fitter(run, scene.grain->pyramid, kLandmarkDegree);
         for (std::int64_t i = begin; i < end; ++i) {
           const auto k = static_cast<std::size_t>(i);
           Contact& c = out[k];
           c.x = pose * samples[k].y;
-          const JetFitter::Skin skin = fitter.skin(c.x, pose.R * samples[k].normal, radius);
-          if (!skin.found || (skin.foot - c.x).norm() > kFarthest) continue;
+          const Jet skin = fitter.fit(c.x, pose.R * samples[k].normal, radius);
+          if (!skin.found() || (skin.foot - c.x).norm() > kFarthest) continue;
           c.met = true;
           c.n = skin.normal;
           c.r = skin.normal.dot(skin.foot - c.x);
           const double reference = model.patch_sigma * model.patch_sigma + 1e-6;
-          c.variance = own * std::max(share, skin.variance) + reference;
-          c.scatter = own * skin.variance + reference;
+          c.variance = own * std::max(share, skin.foot_variance) + reference;
+          c.scatter = own * skin.foot_variance + reference;
         }
       },
       "landmarks: patches");

@@ -5,16 +5,16 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
+#include "shape/jet.hpp"
 
 namespace sgrt {
 namespace {
 
-constexpr double kStep = 1.25;                       // of the ladder
-constexpr double kFirst[5] = {0, 0, 2.2, 2.8, 3.4};  // smallest radius over the spacing, by degree
-constexpr int kRungs = 16, kApart = 2;               // the drift is taken over so many rungs
-constexpr double kWidest = 0.8;                      // radius of a disc over the smallest radius of curvature
-constexpr double kCaution = 2.5;  // weight of bias against noise: a sigma should mean noise first of all
-constexpr double kCredit = 0.6;   // of the bias that is reported: part of what is found is noise
+constexpr double kStep = 1.25;          // of the ladder
+constexpr int kRungs = 16, kApart = 2;  // the drift is taken over so many rungs
+constexpr double kWidest = 0.8;         // radius of a disc over the smallest radius of curvature
+constexpr double kCaution = 2.5;        // weight of bias against noise: a sigma should mean noise first of all
+constexpr double kCredit = 0.6;         // of the bias that is reported: part of what is found is noise
 constexpr std::int64_t kBlock = 16;
 
 struct Rung {
@@ -89,14 +89,13 @@ struct Drift {
 
 class Chooser {
  public:
-  Chooser(const Run& run, const Pyramid& pyramid, double spacing, const CurvatureOptions& options,
-          const Heights& heights)
-      : run_(run), pyramid_(pyramid), cells_(pyramid.levels[0]), options_(options), heights_(heights) {
+  Chooser(const Run& run, const Grain& grain, const CurvatureOptions& options)
+      : run_(run), grain_(grain), cells_(grain.pyramid.levels[0]), options_(options) {
     if (options.radius > 0) {
       radii_ = {options.radius};
       return;
     }
-    double r = kFirst[options.degree] * spacing;
+    double r = kLeastDisc[options.degree] * grain.spacing;
     for (int k = 0; k < kRungs && (k <= kApart || r <= options.max_radius * std::pow(kStep, kApart) * 1.001); ++k) {
       radii_.push_back(r);
       r *= kStep;
@@ -127,7 +126,7 @@ class Chooser {
 
  private:
   void climb_block(std::int64_t begin, std::int64_t end) {
-    JetFitter fitter(run_, pyramid_, options_.degree);
+    JetFitter fitter(run_, grain_.pyramid, options_.degree);
     for (std::int64_t i = begin; i < end; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const std::int64_t p = middle_point(cells_, cell_[k]);
@@ -138,7 +137,7 @@ class Chooser {
       const Vec3 own(cells_.nx[at], cells_.ny[at], cells_.nz[at]);
       fitter.look(out_.nodes[k].x, own, cells_.size, &all, &against);
       out_.nodes[k].mixed = 10 * against > all;
-      climb(fitter, out_.nodes[k].x, out_.nodes[k].normal, heights_.of(cells_.row[at]), radii_,
+      climb(fitter, out_.nodes[k].x, out_.nodes[k].normal, grain_.heights.of(cells_.row[at]), radii_,
             rungs_.data() + k * radii_.size());
     }
   }
@@ -245,10 +244,9 @@ class Chooser {
   }
 
   const Run& run_;
-  const Pyramid& pyramid_;
+  const Grain& grain_;
   const SkinCells& cells_;
   const CurvatureOptions& options_;
-  const Heights& heights_;
   std::vector<double> radii_;
   std::vector<std::int64_t> cell_;
   std::vector<Rung> rungs_;
@@ -258,43 +256,8 @@ class Chooser {
 
 }  // namespace
 
-Scales choose_scales(const Run& run, const Pyramid& pyramid, double spacing, const CurvatureOptions& options,
-                     const Heights& heights) {
-  return Chooser(run, pyramid, spacing, options, heights)();
-}
-
-double measured_variance(const Run& run, const Pyramid& pyramid, double spacing, int degree) {
-  const SkinCells& cells = pyramid.levels[0];
-  constexpr std::int64_t kSamples = 600;
-  const std::int64_t step = std::max<std::int64_t>(1, cells.size_of() / kSamples);
-  const std::int64_t n = (cells.size_of() + step - 1) / step;
-  std::vector<double> variance(static_cast<std::size_t>(n), -1);
-  parallel_for(
-      run, n, 32,
-      [&](std::int64_t begin, std::int64_t end) {
-        JetFitter fitter(run, pyramid, degree);
-        for (std::int64_t i = begin; i < end; ++i) {
-          const auto at = static_cast<std::size_t>(i * step);
-          const Vec3 p(cells.x[at], cells.y[at], cells.z[at]);
-          Vec3 normal(cells.nx[at], cells.ny[at], cells.nz[at]);
-          Jet jet;
-          for (const double factor : {1.4, 1.2}) {  // the first for its normal
-            jet = fitter.fit(p, normal, factor * kFirst[degree] * spacing);
-            if (jet.fault != JetFault::kNone) break;
-            normal = jet.normal;
-          }
-          const double freedom = jet.count - jet.unknowns;
-          if (jet.fault != JetFault::kNone || freedom < 4) continue;
-          // The median of chi^2 is freedom (1 - 2 / (9 freedom))^3.
-          variance[static_cast<std::size_t>(i)] = jet.residual / freedom / std::pow(1 - 2 / (9 * freedom), 3);
-        }
-      },
-      "curvature: noise");
-  variance.erase(std::remove_if(variance.begin(), variance.end(), [](double v) { return v < 0; }), variance.end());
-  if (variance.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = variance.begin() + static_cast<std::ptrdiff_t>(variance.size() / 2);
-  std::nth_element(variance.begin(), middle, variance.end());
-  return *middle;
+Scales choose_scales(const Run& run, const Grain& grain, const CurvatureOptions& options) {
+  return Chooser(run, grain, options)();
 }
 
 }  // namespace sgrt

@@ -6,16 +6,9 @@
 
 #include "core/run.hpp"
 #include "shape/curvature.hpp"
-#include "shape/jet.hpp"
+#include "shape/grain.hpp"
 
 namespace sgrt {
-
-// Heights of the points: variance along the normal, mm2, correlation included.
-struct Heights {
-  std::vector<double> variance;  // one a row of the surface; empty: `common` for all
-  double common = 0;
-  double of(std::int32_t row) const { return variance.empty() ? common : variance[static_cast<std::size_t>(row)]; }
-};
 
 // What holds in a cell.
 struct Node {
@@ -32,10 +25,6 @@ struct Scales {
   std::vector<Node> nodes;
 };
 
-Scales choose_scales(const Run& run, const Pyramid& pyramid, double spacing, const CurvatureOptions& options,
-                     const Heights& heights);
-
-// Variance of heights as the residuals of small discs show it, mm2. NaN where no disc has points enough.
-double measured_variance(const Run& run, const Pyramid& pyramid, double spacing, int degree);
+Scales choose_scales(const Run& run, const Grain& grain, const CurvatureOptions& options);
 
 }  // namespace sgrt

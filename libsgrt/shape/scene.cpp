@@ -23,38 +23,27 @@ constexpr double kAgree = 2;                 // chi^2 of two degrees: the expect
 
 }  // namespace
 
-LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double scale, double noise) {
-  Surface own;
-  const Surface* used = &surface;
-  if (noise > 0) {
-    own = surface;
-    own.sigma = Eigen::VectorXd::Constant(surface.size(), noise);
-    own.covariance.resize(0, 6);
-    used = &own;
-  }
-  const Grain grain = grain_of(run, *used);
+LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, const Grain& grain, double scale) {
   if (!(grain.spacing > 0)) fail(Status::kInsufficientData, "the surface has too few points for landmarks");
-  LandmarkScene s{&surface, grain.spacing, grain.noise, scale, {}, {}, {}, Nearest(surface.points), {}};
+  LandmarkScene s{&surface, &grain, scale, {}, Nearest(surface.points), {}};
   const double sigma = grain.noise > 0 ? grain.noise * std::sqrt(surface.correlation_points) : 0;
   s.scale =
       std::max({scale, 2.6 * grain.spacing, std::min(kWidest, std::cbrt(3.91 * sigma * grain.spacing / kWanted))});
   CurvatureOptions o;
-  o.radius = s.scale;
+  o.degree = kLandmarkDegree;
   o.max_sigma = 1;
-  o.noise = noise;
-  s.field = surface_curvature(run, surface, o);
   s.rungs.reserve(std::size(kRungs));
   for (const double rung : kRungs) {
-    o.radius = std::max(rung * s.scale, 2.4 * grain.spacing);
-    s.rungs.push_back(rung == kRungs[0] ? s.field : surface_curvature(run, surface, o));
+    o.radius = rung * s.scale;
+    s.rungs.push_back(surface_curvature(run, surface, grain, o));
   }
-  s.pyramid = make_pyramid(surface, grain.spacing);
+  const CurvatureField& f = s.field();
   std::size_t count[2] = {0, 0};
-  for (const Extremum& e : extrema(run, surface, s.field, kStandsOut)) {
+  for (const Extremum& e : extrema(f, beside_in_sheet(run, surface, f), kStandsOut)) {
     if (++count[e.sign > 0] > kMostCandidates) continue;
     const std::int64_t i = e.row;
-    s.candidates.push_back({surface.point(i), s.field.normals.row(i).transpose(), e.sign, s.field.k1[i], s.field.k2[i],
-                            s.field.mean[i], s.field.sigma_mean[i], e.persistence});
+    s.candidates.push_back({surface.point(i), f.normals.row(i).transpose(), e.sign, f.k1[i], f.k2[i], f.mean[i],
+                            f.sigma_mean[i], e.persistence});
   }
   return s;
 }
@@ -64,15 +53,16 @@ namespace {
 Peak polish_at(const Run& run, const LandmarkScene& scene, std::size_t rung, const Vec3& x, const Vec3& normal,
                int sign) {
   const CurvatureField& field = scene.rungs[rung];
-  const double scale = kRungs[rung] * scene.scale;
+  const double scale = kRungs[rung] * scene.scale, noise = scene.grain->noise;
   Peak peak;
   const double reach = kAbout * scale;
   const Vec3 e1 = normal.unitOrthogonal(), e2 = normal.cross(e1);
   Vec3 at = x;
   Eigen::Matrix2d Q;
   double sigma = 0;
+  std::vector<Nearest::Hit> hits(512);
+  JetFitter fitter(run, scene.grain->pyramid, kLandmarkDegree);
   for (int round = 0; round < 4; ++round) {
-    std::vector<Nearest::Hit> hits(512);
     const int n = scene.nearest.neighbours(at, static_cast<int>(hits.size()), reach, hits.data());
     Mat6 M = Mat6::Zero();
     Vec6 g = Vec6::Zero();
@@ -108,11 +98,10 @@ Peak polish_at(const Run& run, const LandmarkScene& scene, std::size_t rung, con
     if (round == 0 && !(eigen.eigenvalues()[0] < 0)) return peak;
     at += reach * (step[0] * e1 + step[1] * e2);
     if ((at - x).norm() > 1.5 * reach) return peak;
-    const JetFitter::Skin skin =
-        JetFitter(run, scene.pyramid, 2).skin(at, normal, std::max(0.6 * scene.scale, 2.5 * scene.spacing));
-    if (!skin.found) return peak;
+    const Jet skin = fitter.fit(at, normal, std::max(0.6 * scene.scale, 2.5 * scene.grain->spacing));
+    if (!skin.found()) return peak;
     at = skin.foot;
-    peak.covariance = skin.variance * scene.noise * scene.noise * normal * normal.transpose();
+    peak.covariance = skin.foot_variance * noise * noise * normal * normal.transpose();
     if (step.norm() < 1e-3) break;
   }
   // Position from curvature: covariance Q^-1 s^2 Q^-1 of a gradient with sigma s, none better than the scale allows. A
@@ -126,7 +115,7 @@ Peak polish_at(const Run& run, const LandmarkScene& scene, std::size_t rung, con
     const double s = std::min(kGradient * sigma / scale / bend, 2 * scale);
     peak.covariance += s * s * direction * direction.transpose();
   }
-  if (!(scene.noise > 0)) peak.covariance += 1e-12 * Mat3::Identity();
+  if (!(noise > 0)) peak.covariance += 1e-12 * Mat3::Identity();
   peak.x = at;
   peak.found = true;
   return peak;
@@ -140,9 +129,7 @@ Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec
   Peak rungs[std::size(kRungs)];
   rungs[0] = polish_at(run, scene, 0, x, normal, sign);
   if (!rungs[0].found) return rungs[0];
-  const Vec3 e1 = normal.unitOrthogonal(), e2 = normal.cross(e1);
-  Eigen::Matrix<double, 2, 3> plane;
-  plane.row(0) = e1.transpose(), plane.row(1) = e2.transpose();
+  const Eigen::Matrix<double, 2, 3> plane = tangent_plane(normal);
   std::size_t best = 0, last = 0;
   for (std::size_t k = 1; k < std::size(kRungs) && last == best; ++k) {
     rungs[k] = polish_at(run, scene, k, rungs[best].x, normal, sign);

@@ -19,17 +19,20 @@ struct Candidate {
 
 struct LandmarkScene {
   const Surface* surface;
-  double spacing, noise, scale;  // mm
-  CurvatureField field;
-  std::vector<CurvatureField> rungs;  // at other scales: an extremum takes the widest that agrees with the finer ones
-  Pyramid pyramid;
+  const Grain* grain;
+  double scale;  // mm
+  // At the scale and at wider ones: an extremum takes the widest that agrees with the finer ones.
+  std::vector<CurvatureField> rungs;
   Nearest nearest;  // of all points
   std::vector<Candidate> candidates;
+
+  const CurvatureField& field() const { return rungs[0]; }
 };
 
-// scale: the least radius of the curvature; it is widened until the noise leaves a sigma of kWanted. noise: 0 for the
-// surface's own or what is measured.
-LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, double scale, double noise);
+// scale: the least radius of the curvature; it is widened until the noise leaves a sigma of kWanted. Surface and grain
+// (of degree kLandmarkDegree) must outlive the scene.
+constexpr int kLandmarkDegree = 2;
+LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, const Grain& grain, double scale);
 
 // The extremum of sign * H near x, by a quadric through the curvature about it, at the scale of the least predicted
 // error; covariance of noise and of the bias of that scale. found: false where there is no extremum within reach.

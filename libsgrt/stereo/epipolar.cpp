@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/eigen.hpp"
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 
 namespace sgrt {
@@ -52,12 +53,6 @@ Off off_row(const kernels::Plane& left, const WarpWork& w, int x0, int y0, int h
   return {p[0] / gain, residual * unit[0] / (gain * gain * damping)};
 }
 
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 EpipolarCheck check_epipolar(const Run& run, const RectifiedImage& left, const WarpWork& warped, const Grid& grid,
@@ -91,10 +86,10 @@ EpipolarCheck check_epipolar(const Run& run, const RectifiedImage& left, const W
     if (e == e) work.sorted.push_back(e);
   check.count = static_cast<std::int64_t>(work.sorted.size());
   if (check.count < 20) return check;
-  check.median = median_of(work.sorted);
+  check.median = median(work.sorted);
   // The windows' own scatter, whatever its cause, tells how well the median is known.
   for (double& e : work.sorted) e = std::abs(e - check.median);
-  const double scatter = 1.4826 * median_of(work.sorted);
+  const double scatter = 1.4826 * median(work.sorted);
   check.sigma = 1.2533 * scatter / std::sqrt(static_cast<double>(check.count));
   // Over the image: a turned or bent rig lies off in both directions. Windows beyond 5 scatters are mismatches.
   double sum = 0, n = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 #include "core/nearest.hpp"
 #include "core/parallel.hpp"
 #include "stereo/matcher.hpp"
@@ -50,10 +51,7 @@ double spacing_of(const Rectification& r, const Points& points, const std::vecto
     const double parallax = seen[static_cast<std::size_t>(i)].d - r.disparity_at_infinity();
     spacing.push_back(std::sqrt(hits[1].distance2) * parallax / r.baseline);
   }
-  if (spacing.empty()) return 0;
-  const auto middle = spacing.begin() + static_cast<std::ptrdiff_t>(spacing.size() / 2);
-  std::nth_element(spacing.begin(), middle, spacing.end());
-  return *middle;
+  return spacing.empty() ? 0 : median(spacing);
 }
 
 RectifiedCrop crop_round(const Rectification& r, const std::vector<Seen>& seen, int window, double search) {

@@ -79,10 +79,10 @@ void interpolate(const ErrorTable& t, double x, double y, Numbers& out) {
 
 }  // namespace
 
-RigError make_rig_error(const Run& run, const Rig& rig, const StereoPair& pair, const Rectification& rectification) {
-  RigError error;
+PairModes pair_modes(const Rig& rig, const StereoPair& pair) {
+  PairModes modes;
+  if (rig.uncertainty.modes.cols() == 0) return modes;
   const SharedModes shared = shared_modes(rig);
-  if (rig.uncertainty.modes.cols() == 0) return error;
   const Eigen::MatrixXd left = camera_modes(rig, rig.cameras[pair.left]);
   const Eigen::MatrixXd right = camera_modes(rig, rig.cameras[pair.right]);
   const Eigen::Index parameters = left.rows() + right.rows();
@@ -92,13 +92,21 @@ RigError make_rig_error(const Run& run, const Rig& rig, const StereoPair& pair, 
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rest.transpose());
     rest = Eigen::MatrixXd(qr.matrixQR().topRows(parameters).triangularView<Eigen::Upper>()).transpose();
   }
-  error.names = shared.names;
-  error.modes = static_cast<int>(shared.kept.cols() + rest.cols());
-  Eigen::MatrixXd modes(parameters, error.modes);
-  modes.topRows(left.rows()) << left * shared.kept, rest.topRows(left.rows());
-  modes.bottomRows(right.rows()) << right * shared.kept, rest.bottomRows(right.rows());
-  error.left = tabulate(run, rectification, rectification.left, modes.topRows(left.rows()), 2);
-  error.right = tabulate(run, rectification, rectification.right, modes.bottomRows(right.rows()), 1);
+  const Eigen::Index count = shared.kept.cols() + rest.cols();
+  modes.names = shared.names;
+  modes.left.resize(left.rows(), count), modes.right.resize(right.rows(), count);
+  modes.left << left * shared.kept, rest.topRows(left.rows());
+  modes.right << right * shared.kept, rest.bottomRows(right.rows());
+  return modes;
+}
+
+RigError make_rig_error(const Run& run, const PairModes& modes, const Rectification& rectification) {
+  RigError error;
+  if (modes.left.cols() == 0) return error;
+  error.names = modes.names;
+  error.modes = static_cast<int>(modes.left.cols());
+  error.left = tabulate(run, rectification, rectification.left, modes.left, 2);
+  error.right = tabulate(run, rectification, rectification.right, modes.right, 1);
   return error;
 }
 

@@ -27,7 +27,16 @@ struct RigError {
 };
 // 8 of the rig, and what the 36 parameters of two cameras can make of the others.
 constexpr int kMaxErrorModes = 44;
-RigError make_rig_error(const Run& run, const Rig& rig, const StereoPair& pair, const Rectification& rectification);
+
+// What of the rig does not change with the part of the view that is used: how its modes move the parameters of the
+// pair's two cameras, lens then pose, those that surfaces carry first.
+struct PairModes {
+  std::vector<std::string> names;
+  Eigen::MatrixXd left, right;  // no columns: the rig states no uncertainty
+};
+PairModes pair_modes(const Rig& rig, const StereoPair& pair);
+
+RigError make_rig_error(const Run& run, const PairModes& modes, const Rectification& rectification);
 
 // The motion of one point by each mode, mm at one sigma, room axes.
 class ErrorAt {

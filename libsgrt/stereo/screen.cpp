@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 #include "stereo/bend.hpp"
 
@@ -113,11 +114,7 @@ void explain_unmatched(const Run& run, const kernels::Plane& left, const CoarseM
   noise.clear();
   for (std::int64_t k = 0; k < grid.size(); ++k)
     if (field.reason[k] == Reason::kNone) noise.push_back(field.matches[k].noise);
-  double typical = 0;  // of one image
-  if (!noise.empty()) {
-    std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
-    typical = noise[noise.size() / 2] / 2;
-  }
+  const double typical = noise.empty() ? 0 : median(noise) / 2;  // of one image
   parallel_for(
       run, grid.size(), kBlock,
       [&](std::int64_t begin, std::int64_t end) {

@@ -54,8 +54,7 @@ float rounding_of(const ImageView& image, const Image& grey) {
 struct StereoMatcher::Impl {
   Camera left_camera, right_camera;
   StereoOptions options;
-  Rig rig;
-  StereoPair pair;
+  PairModes modes;
   Rectification whole, part;  // part: what shows the prior
   std::optional<Prior> prior;
   RigError rig_error;
@@ -97,9 +96,8 @@ struct StereoMatcher::Impl {
   }
 
   // What depends on the part of the view that is used.
-  void lay_out(const Run& run) {
+  void lay_out() {
     const RectifiedView& view = rectification().left;
-    rig_error = make_rig_error(run, rig, pair, rectification());
     bound_disparities();
     grid.stride = options.stride;
     grid.offset = options.stride / 2;
@@ -129,23 +127,26 @@ StereoMatcher::StereoMatcher(const Run& run, const Rig& rig, const StereoPair& p
   m.options = options;
   m.left_camera = rig.cameras[pair.left];
   m.right_camera = rig.cameras[pair.right];
-  m.rig = rig, m.pair = pair;
+  m.modes = pair_modes(rig, pair);
   m.whole = make_rectification(run, m.left_camera, m.right_camera, options.volume_min, options.volume_max);
   const RectifiedView& view = m.whole.left;
   m.coarse_options.scale = std::min(view.width, view.height) >= kReducibleSide ? 4 : 2;
-  m.lay_out(run);
+  m.rig_error = make_rig_error(run, m.modes, m.whole);
+  m.lay_out();
 }
 
 void StereoMatcher::set_prior(const Run& run, const Surface* prior, const Roi* roi, const PriorOptions& options) {
   Impl& m = *impl_;
+  std::optional<Prior> made;
+  Rectification part;
   if (prior) {
-    Prior made = make_prior(m.whole, *prior, roi, m.options.window, options);
-    m.part = cropped(m.whole, made.crop);
-    m.prior = std::move(made);
-  } else {
-    m.prior.reset();
+    made = make_prior(m.whole, *prior, roi, m.options.window, options);
+    part = cropped(m.whole, made->crop);
   }
-  m.lay_out(run);
+  RigError error = make_rig_error(run, m.modes, made ? part : m.whole);
+  // All that can fail or be cancelled is done: the session changes as a whole or not at all.
+  m.prior = std::move(made), m.part = std::move(part), m.rig_error = std::move(error);
+  m.lay_out();
 }
 
 StereoMatcher::~StereoMatcher() = default;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 #include "stereo/rig_error.hpp"
 
@@ -11,13 +12,6 @@ namespace sgrt {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return kNan;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // With 1/z = (d - d_inf) / (f B), a plane of disparities is a plane of the room: n . X = 1 (eq. 21).
 void place(const Rectification& r, const Grid& grid, std::int64_t k, const kernels::RowMatch& m, Surface& surface) {

@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 
 #include "core/parallel.hpp"
 #include "rig/tof_unit.hpp"
+#include "tof/check.hpp"
 #include "tof/correct.hpp"
 #include "tof/kernels.hpp"
 #include "tof/organise.hpp"
+#include "tof/summary.hpp"
 #include "tof/taps.hpp"
 #include "tof/unwrap.hpp"
 
@@ -21,27 +22,6 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kSpeed = 299'792'458e3, kChapterSpeed = 3e11;  // mm/s
 constexpr int kRows = 8;                                        // of a block
 constexpr double kJumpSigmas = 1.8;                             // of each of two neighbours: 2.5 of their difference
-
-void check(const TofOptions& o) {
-  const auto refuse = [](const char* name, double value, const char* expected) {
-    fail(Status::kInvalidArgument, std::string(name) + ": " + text_of(value) + ", expected " + expected);
-  };
-  if (!(o.range_min >= 0 && o.range_min < kMaxCoordinate)) refuse("range_min_mm", o.range_min, "0 to 1e5");
-  if (o.range_max == o.range_max && !(o.range_max > o.range_min && o.range_max <= kMaxCoordinate))
-    refuse("range_max_mm", o.range_max, "more than range_min_mm, at most 1e5");
-  if (o.saturation == o.saturation && !(o.saturation > 0)) refuse("saturation", o.saturation, "more than 0");
-  if (!(o.min_amplitude >= 0)) refuse("min_amplitude", o.min_amplitude, "at least 0");
-  if (!(o.max_phase_sigma > 0)) refuse("max_phase_sigma_rad", o.max_phase_sigma, "more than 0");
-  if (!(o.max_sigma > 0)) refuse("max_sigma_mm", o.max_sigma, "more than 0");
-  if (!(o.moved_tolerance >= 0)) refuse("moved_tolerance", o.moved_tolerance, "at least 0");
-  if (!(o.max_incidence_deg > 0 && o.max_incidence_deg < 90))
-    refuse("max_incidence_deg", o.max_incidence_deg, "more than 0, less than 90");
-  if (!(o.min_unwrap_score >= 0)) refuse("min_unwrap_score", o.min_unwrap_score, "at least 0");
-  if (!(o.unwrap_tolerance >= 0 && o.unwrap_tolerance <= 1e4))
-    refuse("unwrap_tolerance_mm", o.unwrap_tolerance, "0 to 1e4");
-  if (o.normal_window < 3 || o.normal_window > 31 || o.normal_window % 2 == 0)
-    refuse("normal_window_px", o.normal_window, "an odd number from 3 to 31");
-}
 
 Planes rays_of(const Run& run, const Camera& camera) {
   Planes rays;
@@ -96,13 +76,11 @@ struct TofSensor::Impl {
   std::shared_ptr<TofResult> result;
 
   void set_frequencies();
-  void check_taps(const TapsView& taps) const;
   void prepare(const TapsView& taps);
   void measure_rows(const TapsView& taps, const Kernels& kernels, std::int64_t begin, std::int64_t end);
   void range_row(const Kernels& kernels, std::int64_t at, const float* variance, std::int64_t stride);
   void correct_row(std::int64_t at);
   void point_row(const Kernels& kernels, std::int64_t y);
-  void summarise();
 };
 
 void TofSensor::Impl::set_frequencies() {
@@ -118,24 +96,6 @@ void TofSensor::Impl::set_frequencies() {
   u.high = options.range_max == options.range_max ? options.range_max : std::min(u.low + ambiguity, kMaxCoordinate);
   u.tolerance = options.unwrap_tolerance;
   u.unknown_sigma = 0.05;
-}
-
-void TofSensor::Impl::check_taps(const TapsView& taps) const {
-  const auto shape = [](const std::array<std::int64_t, 5>& s) {
-    std::string text;
-    for (std::size_t i = 0; i < s.size(); ++i) text += (i ? " x " : "") + std::to_string(s[i]);
-    return text;
-  };
-  const std::array<std::int64_t, 5> expected{taps.shape[0], static_cast<std::int64_t>(unit.modulation_hz.size()),
-                                             static_cast<std::int64_t>(unit.tap_phase_rad.size()), camera.height,
-                                             camera.width};
-  if (taps.shape != expected || taps.shape[0] < 1)
-    fail(Status::kInvalidArgument, "taps: shape " + shape(taps.shape) +
-                                       ", expected frames x frequencies x taps x height x width, frames x" +
-                                       shape(expected).substr(shape(expected).find(" x ") + 2) + " of tof " + unit.id);
-  constexpr std::int64_t kMostFrames = 1000;
-  if (taps.shape[0] > kMostFrames)
-    fail(Status::kLimit, "taps: " + std::to_string(taps.shape[0]) + " frames, expected at most 1000");
 }
 
 void TofSensor::Impl::prepare(const TapsView& taps) {
@@ -266,58 +226,10 @@ void TofSensor::Impl::point_row(const Kernels& kernels, std::int64_t y) {
   kernels.points(&p);
 }
 
-// Counts by bit, and the median sigma by a histogram of its logarithm's leading bits.
-void TofSensor::Impl::summarise() {
-  TofResult& r = *result;
-  const std::size_t n = static_cast<std::size_t>(r.width) * static_cast<std::size_t>(r.height);
-  std::array<std::int64_t, 256> by_flags{};
-  std::size_t at = 0;
-  for (; at + 8 <= n; at += 8) {  // most pixels have no flag
-    std::uint64_t eight;
-    std::memcpy(&eight, &r.flags[at], sizeof eight);
-    if (eight == 0) {
-      by_flags[0] += 8;
-      continue;
-    }
-    for (std::size_t i = at; i < at + 8; ++i) ++by_flags[r.flags[i]];
-  }
-  for (; at < n; ++at) ++by_flags[r.flags[at]];
-  r.flag_count.fill(0), r.point_count = 0;
-  for (std::size_t value = 0; value < by_flags.size(); ++value) {
-    for (std::size_t bit = 0; bit < 8; ++bit) {
-      if (value >> bit & 1) r.flag_count[bit] += by_flags[value];
-    }
-    if ((value & kernels::kTofRejected) == 0) r.point_count += by_flags[value];
-  }
-  constexpr std::size_t kSamples = 4096;  // of the median
-  const std::size_t step = std::max<std::size_t>(1, n / kSamples);
-  sigmas.clear();
-  for (std::size_t i = 0; i < n; i += step) {
-    const float sigma = r.sigma.plane(0)[i];
-    if ((r.flags[i] & kernels::kTofRejected) == 0 && sigma == sigma) sigmas.push_back(sigma);
-  }
-  r.median_sigma = kUnset;
-  if (!sigmas.empty()) {
-    const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-    std::nth_element(sigmas.begin(), middle, sigmas.end());
-    r.median_sigma = *middle;
-  }
-  r.status = r.point_count > 0 ? Status::kOk : Status::kNotFound;
-  r.message.clear();
-  if (r.point_count > 0) return;
-  constexpr const char* kWords[] = {"saturated", "of low amplitude", "moved", "flying", "wrapped", "out of range"};
-  std::size_t most = 0;
-  for (std::size_t bit = 1; bit < std::size(kWords); ++bit) {
-    if (r.flag_count[bit] > r.flag_count[most]) most = bit;
-  }
-  r.message = "no pixel has a range: " + std::to_string(r.flag_count[most]) + " of " + std::to_string(n) + " are " +
-              kWords[most];
-}
-
 TofSensor::TofSensor(const Run& run, const Rig& rig, int unit, const TofOptions& options,
                      std::vector<float> pixel_offset)
     : impl_(std::make_unique<Impl>()) {
-  check(options);
+  check_options(options);
   Impl& m = *impl_;
   m.unit = rig.tofs[static_cast<std::size_t>(unit)];
   check_tof(m.unit);
@@ -353,7 +265,7 @@ const Camera& TofSensor::camera() const {
 
 const std::shared_ptr<TofResult>& TofSensor::measure(const Run& run, const TapsView& taps) {
   Impl& m = *impl_;
-  m.check_taps(taps);
+  check_taps(taps, m.unit, m.camera);
   m.prepare(taps);
   const Kernels kernels = kernels_of(run.isa);
   parallel_for(
@@ -365,7 +277,7 @@ const std::shared_ptr<TofResult>& TofSensor::measure(const Run& run, const TapsV
         for (std::int64_t y = begin; y < end; ++y) m.point_row(kernels, y);
       },
       "placing");
-  m.summarise();
+  summarise(*m.result, m.sigmas);
   return m.result;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 #include "registration/pass.hpp"
 
 namespace sgrt {
@@ -60,9 +61,7 @@ template <class Of>
 double Breathing::median(Of&& of) {
   sorted_.clear();
   for (const Sample& s : samples_) sorted_.push_back(of(s));
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  return *middle;
+  return sgrt::median(sorted_);
 }
 
 // The shift a along the direction u that explains the distances r_i = a (n_i . u) best: Tukey's weights.

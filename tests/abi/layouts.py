@@ -1,11 +1,13 @@
 """Prints the size and offsets of every public struct and the value of every constant of sgrt.h, as this C compiler
-lays them out. `python tests/abi/layouts.py > tests/abi/layouts.txt` after a deliberate change: the table is the ABI."""
+lays them out: the table of layouts.txt, which freeze.py writes."""
 
 import re
 import tempfile
 from pathlib import Path
 
 from abi import HEADER, header, run
+
+HEAD = "struct size; member offset size; constant = value"
 
 
 def structs():
@@ -51,5 +53,5 @@ def table():
 
 
 if __name__ == "__main__":
-    print("struct size; member offset size; constant = value")
+    print(HEAD)
     print(table(), end="")

@@ -1,16 +1,6 @@
 /* The tracker through C: a treatment in short, and that info says HOLD whatever goes wrong. */
+#include "allocations.h"
 #include "surfaces.h"
-
-/* Counts the allocations of the whole program while `counting`; the library's operator new comes by here too. A
- * sanitizer has a malloc of its own, which is left alone: nothing is counted there. */
-static long counting = 0, allocations = 0;
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-extern void* __libc_malloc(size_t size);
-void* malloc(size_t size) {
-  allocations += counting;
-  return __libc_malloc(size);
-}
-#endif
 
 enum { kSide = 60, kPoints = kSide * kSide };
 

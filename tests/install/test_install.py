@@ -26,7 +26,11 @@ def dynamic_section(library):
 
 def test_files(prefix):
     files = sorted(str(path.relative_to(prefix)) for path in prefix.rglob("*") if not path.is_dir())
-    assert files == [
+    copied = [*ROOT.glob("LICENSES/*"), *ROOT.glob("examples/*.c"), *ROOT.glob("examples/*.py")]
+    notices = [f"share/doc/sgrt/notices/{path.name}" for path in ROOT.glob("packaging/notices/*")]
+    copies = [f"share/doc/sgrt/{path.relative_to(ROOT)}" for path in copied] + notices
+    assert len(copies) > 15
+    assert [name for name in files if name not in copies] == [
         "include/sgrt.h",
         "lib/cmake/sgrt/sgrtConfig.cmake",
         "lib/cmake/sgrt/sgrtConfigVersion.cmake",
@@ -53,7 +57,7 @@ def test_find_package(prefix, tmp_path):
         project(consumer C)
         find_package(sgrt {VERSION} REQUIRED)
         add_executable(consumer {EXAMPLE})
-        target_link_libraries(consumer PRIVATE sgrt::sgrt m)
+        target_link_libraries(consumer PRIVATE sgrt::sgrt)
         if(TARGET sgrt::sgrt_core)
           message(FATAL_ERROR "the core is exported")
         endif()
@@ -81,9 +85,13 @@ def test_find_package_refuses_another_minor_version(prefix, tmp_path):
     assert done.returncode != 0 and f"version: {VERSION}" in done.stderr
 
 
-def test_pkg_config(prefix, tmp_path):
+@pytest.mark.parametrize("example", sorted(EXAMPLE.parent.glob("*.c")), ids=lambda path: path.name)
+def test_pkg_config_builds_the_installed_examples(example, prefix, tmp_path):
+    """With no other flag, from where they are installed."""
     environment = os.environ | {"PKG_CONFIG_PATH": str(prefix / "lib/pkgconfig")}
     assert run("pkg-config", "--modversion", "sgrt", env=environment).strip() == VERSION
     flags = run("pkg-config", "--cflags", "--libs", "sgrt", env=environment).split()
-    run("gcc", "-std=c99", EXAMPLE, "-o", tmp_path / "consumer", *flags, "-lm")
-    check_six_numbers(run(tmp_path / "consumer", env=os.environ | {"LD_LIBRARY_PATH": str(prefix / "lib")}))
+    run("cc", prefix / "share/doc/sgrt/examples" / example.name, "-o", tmp_path / "consumer", *flags)
+    output = run(tmp_path / "consumer", env=os.environ | {"LD_LIBRARY_PATH": str(prefix / "lib")})
+    if example == EXAMPLE:
+        check_six_numbers(output)

@@ -517,3 +517,10 @@ def test_register_residuals(run, room):
     code, _, error = run(*register(room, *AT, "--residual", "symmetric", "--deform", "rigid"))
     assert code == 2
     one_line_about(error, "--residual")
+
+
+def test_an_error_with_a_click_that_does_not_know_no_arguments(monkeypatch, run):
+    """Before click 8.2 there was no NoArgsIsHelpError, and every error was an AttributeError."""
+    monkeypatch.setattr("sgrt.cli.NO_ARGUMENTS", ())
+    code, out, err = run("filter", "none.ply", "--out", "out.ply")
+    assert (code, out) == (2, "") and err.count("\n") == 1

@@ -8,6 +8,13 @@ import sgrt
 from sgrt import cli, io
 
 
+def ply_rows(path):
+    """The points of a binary PLY of doubles, read independently."""
+    head, _, body = path.read_bytes().partition(b"end_header\n")
+    names = [line.split()[2].decode() for line in head.splitlines() if line.startswith(b"property double")]
+    return np.frombuffer(body, [(name, "<f8") for name in names])
+
+
 def wave(side=61, spacing=1.0, noise=0.0):
     rng = np.random.default_rng(1)
     x, y = np.meshgrid(*[spacing * (np.arange(side) - side // 2)] * 2)
@@ -102,9 +109,7 @@ def test_command(tmp_path, capsys):
     assert cli.main(["curvature", str(tmp_path / "a.ply"), "--out", str(tmp_path / "b.ply"), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["status"] == "ok" and said["points"]["known"] > 1000
-    from plyfile import PlyData
-
-    rows = PlyData.read(str(tmp_path / "b.ply"))["vertex"]
+    rows = ply_rows(tmp_path / "b.ply")
     for name in ("k1", "k2", "mean", "gauss", "shape_index", "sigma_mean", "reason"):
         assert len(rows[name]) == 41 * 41
     middle = rows["mean"].reshape(41, 41)[15:25, 15:25]

@@ -67,6 +67,31 @@ def test_reads_what_others_write(tmp_path):
     assert s.normals.tolist() == [[0, 0, 1]] * 3
 
 
+def test_reads_elements_and_lists_in_any_order(tmp_path):
+    """Faces first, with a flag and texture coordinates; a list of every length in an element that is skipped."""
+    head = (
+        "ply\nformat {} 1.0\nelement face 2\nproperty uchar flag\nproperty list uchar uint vertex_indices\n"
+        "property list uchar float texcoord\nelement strip 2\nproperty list int short way\nelement vertex 3\n"
+        "property double x\nproperty float y\nproperty list char char tag\nproperty float z\n"
+        "element after 1\nproperty float w\nend_header\n"
+    )
+    text = "7 3 0 1 2 2 0.5 0.25\n7 3 2 1 0 0\n0\n3 5 -6 7\n1 2 0 3\n4 5 2 -1 1 6\n\n7 8.5 1 9 9\nwhatever\n"
+    binary = struct.pack("<BBIIIBff", 7, 3, 0, 1, 2, 2, 0.5, 0.25) + struct.pack("<BBIIIB", 7, 3, 2, 1, 0, 0)
+    binary += struct.pack("<ii", 0, 3) + struct.pack("<hhh", 5, -6, 7)
+    binary += struct.pack("<dfbf", 1, 2, 0, 3) + struct.pack("<dfbbbf", 4, 5, 2, -1, 1, 6)
+    binary += struct.pack("<dfbbf", 7, 8.5, 1, 9, 9)
+    for format, body in (("ascii", text.encode()), ("binary_little_endian", binary + b"1234")):
+        (tmp_path / "a.ply").write_bytes(head.format(format).encode() + body)
+        s = io.read_surface(tmp_path / "a.ply")
+        assert s.points.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8.5, 9]]
+        assert s.faces.tolist() == [[0, 1, 2], [2, 1, 0]]
+    head = head.format("binary_little_endian").encode()
+    for size in range(len(binary)):
+        (tmp_path / "a.ply").write_bytes(head + binary[:size])
+        with pytest.raises(sgrt.FormatError, match="cut short"):
+            io.read_surface(tmp_path / "a.ply")
+
+
 VERTEX = "property float x\nproperty float y\nproperty float z\n"
 
 
@@ -98,6 +123,15 @@ BAD_PLY = {
     "a decimal comma": (ply(body="0,5 0,5 0,5\n"), "malformed|PLY"),
     "NaN in a cloud": (ply(body="0 0 nan\n"), "points"),
     "infinite": (ply(body="0 0 inf\n"), "points"),
+    "beyond float32": (ply(body="0 0 1e300\n"), "points"),
+    "too many words": (ply(body="0 0 0 0\n"), "too many"),
+    "rows of two lengths": (ply(vertices=2, body="0 0 0\n0 0 0 0\n"), "malformed"),
+    "a hash": (ply(body="0 0 0 # one\n"), "too many"),
+    "a list of points": (ply(properties=VERTEX.replace("float x", "list uchar float x"), body="1 0 0 0\n"), "list"),
+    "a list of -1": (ply(after=FACE.replace("uchar", "char"), body="0 0 0\n-1\n"), "-1 items"),
+    "an index of 1e30": (ply(after=FACE, body=f"0 0 0\n3 0 0 {10**30}\n"), "malformed"),
+    "half an index": (ply(after=FACE, body="0 0 0\n3 0 0 0.5\n"), "malformed"),
+    "an empty element": (ply(before="element void 100000000000000000\n"), "void"),
     "far away": (ply(body="0 0 1e9\n"), "points"),
     "sigma of 0": (ply(properties=VERTEX + "property float sigma_mm\n", body="0 0 0 0\n"), "sigma_mm"),
     "normal of 0": (

@@ -86,6 +86,22 @@ def test_partial_view(skin, own):
     assert np.isnan(found.positions_mm[own.names.index("eye_inner_right")]).all()
 
 
+@pytest.mark.parametrize("degrees", [-100, -80, 80, 100])
+def test_profile_is_refused_or_right(body, skin, degrees):
+    """From the side half the landmarks are hidden: what is left may fit elsewhere too, and then nothing is said."""
+    rotation = turn((0, 1, 0), degrees)
+    live = view(skin, rotation, 0.2)
+    model, truth = sgrt.LandmarkModel.head(), np.array([body.landmarks()[name] for name in NAMES]) @ rotation.T
+    try:
+        found = sgrt.landmarks_find(live, model)
+    except sgrt.NotFound as error:
+        assert np.isnan(error.result.live_from_model).all() and np.isnan(error.result.positions_mm).all()
+        return
+    pose = found.live_from_model
+    laid = found.size * model.positions_mm @ pose[:3, :3].T + pose[:3, 3]
+    assert np.sqrt(((laid - truth) ** 2).sum(1)).max() < 30
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.5])
 def test_flat_abdomen_has_none(noise):
     rng = np.random.default_rng(5)

@@ -1,6 +1,7 @@
 """The package: no arithmetic of its own, complete stubs, an exception class a status, docstrings that name C."""
 
 import ast
+import importlib.metadata
 import re
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 import sgrt
 from conftest import ROOT
+from packaging.requirements import Requirement
 from sgrt import _core
 
 PACKAGE = ROOT / "bindings/python/sgrt"
@@ -37,9 +39,11 @@ def test_computes_nothing_that_a_clinic_acts_on(path):
 
 
 def test_the_extension_sees_sgrt_h_alone():
-    for path in (ROOT / "bindings/python/src").iterdir():
+    sources = list((ROOT / "bindings/python/src").iterdir())
+    own = {path.name for path in sources if path.suffix == ".hpp"}
+    for path in sources:
         quoted = re.findall(r'#include "(.*?)"', path.read_text())
-        assert set(quoted) <= {"bindings.hpp"}, path
+        assert set(quoted) <= own, path
         angled = re.findall(r"#include <(.*?)>", path.read_text())
         assert not [name for name in angled if "/" in name and not name.startswith("pybind11/")], path
 
@@ -140,3 +144,32 @@ def test_reprs(reference, rig, stereo):
         assert re.search(r"sgrt\.|PatientDisplacement", repr(thing))
     assert "8000 points" in repr(reference)
     assert repr(sgrt.Roi.polygon(np.eye(3)[:, :2])) == "<sgrt.Roi polygon of 3 vertices>"
+
+
+def licence(distribution):
+    """What a package's metadata says of its licence, in short."""
+    data = distribution.metadata
+    classifiers = [c for c in data.get_all("Classifier") or [] if c.startswith("License ::")]
+    return " ".join([data.get("License-Expression") or "", (data.get("License") or "")[:300], *classifiers])
+
+
+COPYLEFT = re.compile(r"\bA?GPL|GNU\s+(AFFERO\s+)?GENERAL", re.IGNORECASE)
+
+
+def test_what_pip_brings_is_under_permissive_licences():
+    """The packages that sgrt asks for, with the extras of users, and what those ask for."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    todo = [*project["dependencies"], *extras["dicom"], *extras["twin"], *extras["plot"]]
+    seen = {}
+    while todo:
+        requirement = Requirement(todo.pop())
+        name = requirement.name.lower().replace("_", "-")
+        if name in seen or (requirement.marker and not requirement.marker.evaluate({"extra": ""})):
+            continue
+        distribution = importlib.metadata.distribution(name)
+        seen[name] = licence(distribution)
+        todo += distribution.requires or []
+    assert {"numpy", "click", "pydicom", "matplotlib", "contourpy"} <= seen.keys()
+    assert not {name: text for name, text in seen.items() if COPYLEFT.search(text)}
+    assert COPYLEFT.search("GNU GENERAL PUBLIC LICENSE") and COPYLEFT.search("License :: GPLv3")

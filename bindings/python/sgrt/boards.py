@@ -161,8 +161,8 @@ def find_boards(
         if isinstance(found, str):
             out.missing.append({"camera": names[camera], "image": path.name, "why": found})
             continue
-        seen = np.flatnonzero(np.isfinite(found.pixels[:, 0]))
-        index.append(np.stack([np.full(len(seen), camera), np.full(len(seen), place[path.name]), seen], axis=1))
+        rows, seen = index_rows(found.pixels, camera, place[path.name])
+        index.append(rows)
         pixels.append(found.pixels[seen])
         sigmas.append(found.sigma_px[seen])
     out.cameras = [(name, sizes[c][0]) for c, name in enumerate(names)]
@@ -170,9 +170,16 @@ def find_boards(
         if not any(part[0, 0] == c for part in index):
             why = next(m["why"] for m in out.missing if m["camera"] == name)
             raise NotFound(f"{folders[c][1]}: the board is in none of the images of camera {name}: {why}")
-    out.index = np.concatenate(index).astype(np.int32)
+    out.index = np.concatenate(index)
     out.pixels, out.sigma_px = np.concatenate(pixels), np.concatenate(sigmas)
     return out
+
+
+def index_rows(pixels: NDArray[Any], camera: int, placement: int) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+    """camera, placement, point of each point of a board that was found (its pixel is finite), and their numbers."""
+    seen = np.flatnonzero(np.isfinite(pixels[:, 0]))
+    rows = np.stack([np.full(len(seen), camera), np.full(len(seen), placement), seen], axis=1)
+    return rows.astype(np.int32), seen
 
 
 def _looks(board: Board, paths: list[Path], threads: int) -> Iterator[tuple[tuple[int, int], BoardDetection | str]]:

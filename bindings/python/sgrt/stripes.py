@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import stripe_extract
-from .boards import Board, read_photo
+from .boards import Board, index_rows, read_photo
 from .errors import FormatError, NotFound
 from .io import Scan
 
@@ -82,8 +82,8 @@ def sights(
                 raise FormatError(f"{frame.image}: {own[0]} x {own[1]} pixels, expected {size[0]} x {size[1]}")
         step = max(1, len(frames) // TRIES)
         found = find_corners(board, [dark] if dark is not None else frames[::step], str(file))
-        seen = np.flatnonzero(np.isfinite(found[:, 0]))
-        index.append(np.stack([np.zeros(len(seen)), np.full(len(seen), number), seen], axis=1))
+        rows, seen = index_rows(found, 0, number)
+        index.append(rows)
         corners.append(found[seen])
         across = runs_across(frames[len(frames) // 2], dark)
         for frame, image in zip(scan.frames, frames, strict=True):
@@ -100,7 +100,7 @@ def sights(
     return {
         "cameras": [(camera, size)],
         "points": board.points,
-        "index": np.concatenate(index).astype(np.int32),
+        "index": np.concatenate(index),
         "pixels": np.concatenate(corners),
         "placements": [f"{i} {file}" for i, (file, _) in enumerate(scans)],
         "stripe_placement": np.concatenate(placement).astype(np.int32),

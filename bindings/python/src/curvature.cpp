@@ -1,5 +1,5 @@
 // Curvature of curves and surfaces.
-#include "bindings.hpp"
+#include "nurbs.hpp"
 
 namespace sgrt_py {
 namespace {
@@ -99,8 +99,7 @@ py::dict of_nurbs(const Nurbs& surface, const ArrayLike& uv, bool clamp, Context
   want("d2", samples.d2, SGRT_F64, {n, 3});
   want("hk", samples.hk, SGRT_U8, {n});
   run(context, [&](sgrt_context* c) {
-    return sgrt_curvature_nurbs_surface(c, surface.handle.get(), &in.view,
-                                        clamp ? SGRT_OUTSIDE_CLAMP : SGRT_OUTSIDE_REFUSE, &samples);
+    return sgrt_curvature_nurbs_surface(c, surface.handle.get(), &in.view, outside_of(clamp), &samples);
   });
   return result;
 }
@@ -112,8 +111,8 @@ py::dict of_nurbs_curve(const Curve& curve, const ArrayLike& u, const MaybeArray
   py::array curvature = out_array(std::nullopt, SGRT_F64, {n}), torsion = out_array(std::nullopt, SGRT_F64, {n});
   const sgrt_mut_view views[] = {out_view(curvature, "curvature", SGRT_F64), out_view(torsion, "torsion", SGRT_F64)};
   run([&] {
-    return sgrt_curvature_nurbs_curve(curve.handle.get(), &in.view, clamp ? SGRT_OUTSIDE_CLAMP : SGRT_OUTSIDE_REFUSE,
-                                      plane.data(), &views[0], &views[1]);
+    return sgrt_curvature_nurbs_curve(curve.handle.get(), &in.view, outside_of(clamp), plane.data(), &views[0],
+                                      &views[1]);
   });
   py::dict result;
   result["curvature"] = curvature;

@@ -14,7 +14,7 @@ struct Landmarks {
   sgrt_landmarks_info info{};
   std::string message;
   std::vector<std::string> names;
-  std::optional<Doubles> positions_mm, covariance_mm2, scores;
+  Doubles positions_mm, covariance_mm2, scores;
 };
 
 std::string text_of(const Model& m, int32_t field, int32_t index = 0) {
@@ -74,7 +74,7 @@ Landmarks unpack(Handle handle) {
   const auto array = [&](int32_t field) {
     sgrt_view view{};
     run([&] { return sgrt_landmarks_array(result, field, &view); });
-    return lend<double>(view, base);
+    return *lend<double>(view, base);
   };
   l.positions_mm = array(SGRT_LANDMARKS_POSITIONS);
   l.covariance_mm2 = array(SGRT_LANDMARKS_COVARIANCE);

@@ -14,7 +14,8 @@ PYBIND11_MODULE(_core, m) {
   register_stereo(m);
   register_laser(m);
   register_tof(m);
-  register_nurbs(m);
+  register_nurbs_curve(m);
+  register_nurbs_surface(m);
   register_nurbs_fit(m);
   register_curvature(m);
   register_landmarks(m);

@@ -6,39 +6,22 @@
 
 #include <cmath>
 #include <functional>
-#include <random>
 
-#include "stereo/match.hpp"
+#include "stereo/waves.hpp"
 
 namespace sgrt {
 namespace {
 
+using namespace testing;
 using kernels::RowMatch;
 
 double texture(double x, double y) {
-  static const auto waves = [] {
-    std::vector<std::array<double, 3>> w;
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> angle(0, 2 * M_PI), length(6, 14);
-    for (int i = 0; i < 40; ++i) {
-      const double k = 2 * M_PI / length(random), a = angle(random);
-      w.push_back({k * std::cos(a), k * std::sin(a), angle(random)});
-    }
-    return w;
-  }();
-  double sum = 0;
-  for (const auto& w : waves) sum += std::cos(w[0] * x + w[1] * y + w[2]);
-  return 100 + 10 * sum;
+  static const PlaneWaves waves(5, 40, 6, 14, 10);
+  return waves(x, y);
 }
 
 RectifiedImage image_of(const std::function<double(double, double)>& grey) {
-  RectifiedImage image;
-  image.value.resize(100, 140);
-  for (int y = 0; y < 100; ++y)
-    for (int x = 0; x < 140; ++x) image.value.row(y)[x] = static_cast<float>(grey(x, y));
-  image.mask.assign(image.value.pixels.size(), 0);
-  prepare({}, image);
-  return image;
+  return rectified_image(100, 140, grey);
 }
 
 using Disparity = std::function<double(double, double)>;  // of a left pixel

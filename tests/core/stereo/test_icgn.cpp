@@ -4,43 +4,23 @@
 
 #include <cmath>
 #include <functional>
-#include <random>
 
 #include "stereo/kernels.hpp"
-#include "stereo/match.hpp"
+#include "stereo/waves.hpp"
 
 namespace sgrt {
 namespace {
 
+using namespace testing;
 using kernels::RowMatch;
 
-// A smooth texture of plane waves with wavelengths of 5 to 12 px.
 double texture(double x, double y) {
-  static const auto waves = [] {
-    std::vector<std::array<double, 3>> w;
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> angle(0, 2 * M_PI), length(5, 12);
-    for (int i = 0; i < 30; ++i) {
-      const double k = 2 * M_PI / length(random), a = angle(random);
-      w.push_back({k * std::cos(a), k * std::sin(a), angle(random)});
-    }
-    return w;
-  }();
-  double sum = 0;
-  for (const auto& w : waves) sum += std::cos(w[0] * x + w[1] * y + w[2]);
-  return 100 + 12 * sum;
+  static const PlaneWaves waves(3, 30, 5, 12, 12);
+  return waves(x, y);
 }
 
 RectifiedImage image_of(const std::function<double(double, double)>& grey, double noise = 0, unsigned seed = 1) {
-  RectifiedImage image;
-  image.value.resize(80, 120);
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  for (int y = 0; y < 80; ++y)
-    for (int x = 0; x < 120; ++x) image.value.row(y)[x] = static_cast<float>(grey(x, y) + noise * normal(random));
-  image.mask.assign(image.value.pixels.size(), 0);
-  prepare({}, image);
-  return image;
+  return rectified_image(80, 120, grey, noise, seed);
 }
 
 constexpr kernels::RefineOptions kOptions{7, 20, 0, 4};

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "rig/parameters.hpp"
 #include "stereo/prior.hpp"
 #include "stereo/scene.hpp"
 #include "stereo/stereo.hpp"
@@ -158,6 +159,25 @@ TEST(Live, RefusesWhatCannotBeAPrior) {
   EXPECT_EQ(status(good, &empty, {}), Status::kInsufficientData);
   EXPECT_EQ(status(good, nullptr, wide), Status::kInvalidArgument);
   EXPECT_GT(pair.push(matcher)->point_count, 1500);  // as before
+}
+
+TEST(Live, ACancelledPriorLeavesTheSessionAsItWas) {
+  Pair pair;
+  for (const Camera& camera : pair.rig.cameras) pair.rig.uncertainty.parameters.push_back(camera.id + ".fx");
+  ASSERT_EQ(parameter_names(pair.rig.cameras[0])[0], pair.rig.uncertainty.parameters[0]);
+  pair.rig.uncertainty.modes = Eigen::Matrix2d::Identity();  // a rig with uncertainty has tables to make
+  StereoMatcher matcher = pair.matcher();
+  const std::int64_t all = pair.push(matcher)->point_count;
+  const Surface prior = cap(Vec3::Zero());
+  sgrt::Run cancelling;
+  cancelling.progress = [](double, const char*) { return true; };
+  try {
+    matcher.set_prior(cancelling, &prior, nullptr, {});
+    ADD_FAILURE() << "expected to be cancelled";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.status(), Status::kCancelled);
+  }
+  EXPECT_EQ(pair.push(matcher)->point_count, all);
 }
 
 TEST(Live, SameBitsAtAnyThreadCountAndInstructionSet) {

@@ -71,12 +71,18 @@ if importlib.util.find_spec("sgrt.demo"):
     group.add_command(demo.command)
 
 
+# click 8.2 raises it where older ones show the help and end well.
+NO_ARGUMENTS: tuple[type[click.UsageError], ...] = tuple(
+    cls for name, cls in vars(click.exceptions).items() if name == "NoArgsIsHelpError"
+)
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs a command; returns its exit code. An error is one line on standard error."""
     try:
         code = group.main(args=None if argv is None else list(argv), prog_name="sgrt", standalone_mode=False)
         return code if isinstance(code, int) else 0
-    except click.exceptions.NoArgsIsHelpError as error:
+    except NO_ARGUMENTS as error:
         click.echo(error.ctx.get_help() if error.ctx else "", err=True)
         return 2
     except click.ClickException as error:

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import click
 from tqdm import tqdm
 
-from .._core import Context, Roi, Surface
+from .._core import Calibration, Context, Roi, Surface
 from ..errors import Cancelled, Error
 from ..frames import couch_turn
 from ..io import read_roi, read_surface
@@ -183,14 +183,34 @@ def outward(
     return surface.estimate_normals(viewpoint_mm=viewpoint_mm, context=context), f"estimated, towards {place}"
 
 
-def check_out(path: Path) -> None:
-    """Says before the work, not after it, that the result has no place."""
-    if not path.parent.is_dir():
-        raise Failure(f"{path}: the folder {path.parent} does not exist")
-    if path.is_dir():
-        raise Failure(f"{path}: is a folder")
-    if not os.access(path.parent, os.W_OK):
-        raise Failure(f"{path}: the folder {path.parent} is not writable")
+def report_of(result: Calibration) -> dict[str, Any]:
+    """The report, schema sgrt-calibration/1."""
+    document: dict[str, Any] = json.loads(result.report)
+    return document
+
+
+def check_out(*paths: Path | None) -> None:
+    """Says before the work, not after it, that a result has no place; None: it is not wanted."""
+    for path in paths:
+        if path is None:
+            continue
+        if not path.parent.is_dir():
+            raise Failure(f"{path}: the folder {path.parent} does not exist")
+        if path.is_dir():
+            raise Failure(f"{path}: is a folder")
+        if not os.access(path.parent, os.W_OK):
+            raise Failure(f"{path}: the folder {path.parent} is not writable")
+
+
+@contextlib.contextmanager
+def calibrating(as_json: bool, document: Callable[[Calibration], dict[str, Any]] = report_of) -> Iterator[None]:
+    """A calibration that gives no answer has a report all the same, which says why: it is printed before the error."""
+    try:
+        yield
+    except Error as error:
+        if as_json and isinstance(error.result, Calibration):
+            print_json(document(error.result))
+        raise
 
 
 def print_json(document: dict[str, Any]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,9 @@ import click
 
 from .._core import Calibration, Rig, calibration_check, calibration_solve
 from ..boards import Boards, find_boards, parse_board
-from ..errors import Error
 from ..io import read_rig, write_rig
 from ..io._files import write_json
-from ._common import FILE, Failure, about, check_out, common, print_json, progress_bar, working
+from ._common import FILE, Failure, about, calibrating, check_out, common, print_json, progress_bar, report_of, working
 
 MODELS = {"pinhole": 0, "brown5": 5, "rational8": 8}
 
@@ -57,10 +55,8 @@ def _draw(picture: Path | None, boards: Boards, result: Calibration, report: dic
     draw(picture, boards, result, report)
 
 
-def _document(result: Calibration | None, boards: Boards) -> dict[str, Any]:
-    report: dict[str, Any] = json.loads(result.report) if result else {}
-    report["images_without_board"] = boards.missing
-    return report
+def _document(result: Calibration, boards: Boards) -> dict[str, Any]:
+    return report_of(result) | {"images_without_board": boards.missing}
 
 
 def _print(report: dict[str, Any], boards: Boards) -> None:
@@ -162,24 +158,17 @@ def command(
         return None
     if board is None or not cameras:
         raise Failure("--board and --camera are missing; see sgrt calibrate --help")
-    for path in (out, report_file, picture):
-        if path is not None:
-            check_out(path)
+    check_out(out, report_file, picture)
     target, folders = parse_board(board), named_paths(cameras, "--camera", "FOLDER")
     rig = read_rig(check_file) if check_file else None
     with progress_bar() as progress:
         boards = find_boards(target, folders, threads=threads or os.cpu_count() or 1, progress=progress)
-    result: Calibration | None = None
-    try:
+    with calibrating(as_json, lambda result: _document(result, boards)):
         result = (
             _solve(boards, out, pair, model, rig_id, threads)
             if rig is None or check_file is None
             else _check(boards, rig, check_file, threads)
         )
-    except Error as error:
-        if as_json and isinstance(error.result, Calibration):
-            print_json(_document(error.result, boards))
-        raise
     report = _document(result, boards)
     if report_file is not None:
         write_json(report_file, report)

@@ -8,13 +8,12 @@ from typing import Any
 
 import click
 
-from .._core import Calibration, Rig, calibration_laser
+from .._core import Rig, calibration_laser
 from ..boards import parse_board
-from ..errors import Error
 from ..io import Scan, read_rig, read_scan, write_rig
 from ..io._files import write_json
 from ..stripes import sights
-from ._common import FILE, Failure, about, check_out, common, print_json, progress_bar, working
+from ._common import FILE, Failure, about, calibrating, check_out, common, print_json, progress_bar, report_of, working
 
 
 def _camera(rig: Rig, rig_file: Path, laser: str, wanted: str | None) -> str:
@@ -88,9 +87,7 @@ def command(
     A laser of the scans' id in the rig is where the solve starts; else it finds a start by itself. Scans of one and the
     same angle are of a laser without a mirror: its light plane is written as the fan.
     """
-    for path in (out, report_file):
-        if path is not None:
-            check_out(path)
+    check_out(out, report_file)
     target, rig = parse_board(board), read_rig(rig_file)
     scans: list[tuple[Path, Scan]] = [(path, read_scan(path)) for path in scan_files]
     lasers = sorted({scan.laser for _, scan in scans})
@@ -99,14 +96,9 @@ def command(
     camera = _camera(rig, rig_file, lasers[0], camera)
     with progress_bar() as progress:
         seen = sights(target, scans, camera, progress=progress)
-    try:
-        with working(threads) as context, about(rig_file):
-            result = calibration_laser(rig, lasers[0], **seen, noise_px=noise_px, context=context)
-    except Error as error:
-        if as_json and isinstance(error.result, Calibration):
-            print_json(json.loads(error.result.report))
-        raise
-    report: dict[str, Any] = json.loads(result.report)
+    with calibrating(as_json), working(threads) as context, about(rig_file):
+        result = calibration_laser(rig, lasers[0], **seen, noise_px=noise_px, context=context)
+    report = report_of(result)
     if report_file is not None:
         write_json(report_file, report)
     assert result.rig is not None

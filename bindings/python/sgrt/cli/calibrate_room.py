@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
 
 from .._core import Calibration, calibration_room
-from ..errors import Error
 from ..io import read_rig, write_rig
 from ..io._files import write_json
 from ..phantoms import read_phantom, sights
-from ._common import FILE, about, check_out, common, print_json, working
+from ._common import FILE, about, calibrating, check_out, common, print_json, report_of, working
 from .calibrate import named_paths
 
 
@@ -98,16 +96,10 @@ def command(
     as_json: bool,
 ) -> int:
     """Brings a rig into the room (IEC 61217) by a phantom whose points are known there, with the covariance."""
-    for path in (out, report_file):
-        if path is not None:
-            check_out(path)
-    try:
+    check_out(out, report_file)
+    with calibrating(as_json):
         result = fit_room(rig_files, points, images, rig_id, noise_px, threads)
-    except Error as error:
-        if as_json and isinstance(error.result, Calibration):
-            print_json(json.loads(error.result.report))
-        raise
-    report: dict[str, Any] = json.loads(result.report)
+    report = report_of(result)
     if report_file is not None:
         write_json(report_file, report)
     if result.rig is not None:

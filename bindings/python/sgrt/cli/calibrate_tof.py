@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Calibration, Context, Rig, Tof, TofUnit, calibration_tof, tof_measure
-from ..boards import Board, parse_board
-from ..errors import Error, NotFound
+from ..boards import Board, index_rows, parse_board
+from ..errors import NotFound
 from ..io import TofFrames, read_rig, read_tof, write_pixel_offset, write_rig
 from ..io._files import write_json
-from ._common import FILE, Failure, about, check_out, common, print_json, progress_bar, working
+from ._common import FILE, Failure, about, calibrating, check_out, common, print_json, progress_bar, report_of, working
 from .tof import unit_of
 
 BARE = 0.8  # of a square beyond the outer corners: printed on every chessboard
@@ -49,15 +49,15 @@ def _find(
             except NotFound as error:
                 missing.append({"frames": path.name, "why": str(error)})
                 continue
-            seen = np.flatnonzero(np.isfinite(found.pixels[:, 0]))
-            index.append(np.stack([np.zeros(len(seen)), np.full(len(seen), number), seen], axis=1))
+            rows, seen = index_rows(found.pixels, 0, number)
+            index.append(rows)
             pixels.append(found.pixels[seen])
     if not index:
         raise NotFound(f"the board is in none of the frames: {missing[0]['why']}")
     arguments = {
         "cameras": [(camera.id, (camera.width, camera.height))],
         "points": board.points,
-        "index": np.concatenate(index).astype(np.int32),
+        "index": np.concatenate(index),
         "pixels": np.concatenate(pixels),
         "placements": [path.name for path, _ in captures],
         "half_turn_ambiguous": board.half_turn_ambiguous,
@@ -158,9 +158,7 @@ def command(
     over all of the image. The board is found in the amplitude; the lens is the rig's. The pixels' offsets are written
     beside the rig.
     """
-    for path in (out, report_file):
-        if path is not None:
-            check_out(path)
+    check_out(out, report_file)
     rig, target = read_rig(rig_file), parse_board(board)
     unit = unit_of(rig, rig_file, tof_id)
     options: dict[str, Any] = {"range_min_mm": window[0], "range_max_mm": window[1]} if window else {}
@@ -168,14 +166,9 @@ def command(
     seen, missing = _find(rig, unit, target, captures, options)
     if knot_spacing is not None:
         options = options | {"knot_spacing_mm": knot_spacing}
-    try:
-        with working(threads) as context:
-            result = _solve(rig, tof_id, captures, target, seen, options, context)
-    except Error as error:
-        if as_json and isinstance(error.result, Calibration):
-            print_json(json.loads(error.result.report))
-        raise
-    report: dict[str, Any] = json.loads(result.report) | {"frames_without_board": missing}
+    with calibrating(as_json), working(threads) as context:
+        result = _solve(rig, tof_id, captures, target, seen, options, context)
+    report = report_of(result) | {"frames_without_board": missing}
     if report_file is not None:
         write_json(report_file, report)
     _write(out, tof_id, result)

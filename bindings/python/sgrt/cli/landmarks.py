@@ -35,7 +35,6 @@ def _model(
 
 
 def _print(found: Landmarks) -> None:
-    assert found.positions_mm is not None and found.covariance_mm2 is not None and found.scores is not None
     print(f"{'':18}{'x':>10}{'y':>10}{'z':>10}{'one sigma':>12}{'score':>8}")
     for name, place, covariance, score in zip(
         found.names, found.positions_mm, found.covariance_mm2, found.scores, strict=True
@@ -83,9 +82,7 @@ def command(
     A surface that does not show what is looked for gives not_found.
     """
     watch = Stopwatch()
-    for path in (save_model, out):
-        if path is not None:
-            check_out(path)
+    check_out(save_model, out)
     surface = read_surface(surface_file)
     try:
         with working(threads) as context:

@@ -116,9 +116,7 @@ def command(
     flying, wrapped or out of range have no point and are counted.
     """
     watch = Stopwatch()
-    for path in (out, picture):
-        if path is not None:
-            check_out(path)
+    check_out(out, picture)
     tof_id, file = capture
     rig = read_rig(rig_file)
     unit = unit_of(rig, rig_file, tof_id)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -98,8 +99,7 @@ def read_landmarks(path: PathLike) -> LandmarkSet:
         )
 
 
-def write_landmarks(path: PathLike, landmarks: LandmarkSet, **known: Any) -> None:
-    """Writes a set; known: further keys of the document."""
+def _entries(landmarks: LandmarkSet) -> list[dict[str, Any]]:
     entries = []
     for i, name in enumerate(landmarks.names):
         entry: dict[str, Any] = {"name": name, "position_mm": landmarks.position_mm[i]}
@@ -108,28 +108,26 @@ def write_landmarks(path: PathLike, landmarks: LandmarkSet, **known: Any) -> Non
         if landmarks.score is not None:
             entry["score"] = float(landmarks.score[i])
         entries.append(entry)
-    write_json(path, {"schema": SCHEMA, **known, "landmarks": entries})
+    return entries
+
+
+def write_landmarks(path: PathLike, landmarks: LandmarkSet, **known: Any) -> None:
+    """Writes a set; known: further keys of the document."""
+    write_json(path, {"schema": SCHEMA, **known, "landmarks": _entries(landmarks)})
 
 
 def landmarks_document(found: Landmarks | None, *, status: str | None = None, **known: Any) -> dict[str, Any]:
     """The JSON of located landmarks; those not in view are left out. status: of a search that has no result."""
     if found is None:
         return {"schema": SCHEMA, "status": status, "landmarks": [], **known}
-    assert found.positions_mm is not None and found.covariance_mm2 is not None and found.scores is not None
-    seen = [i for i in range(len(found.names)) if math.isfinite(found.positions_mm[i, 0])]
+    seen = np.isfinite(found.positions_mm[:, 0])
+    names = tuple(compress(found.names, seen))
+    places = LandmarkSet(names, found.positions_mm[seen], found.covariance_mm2[seen], found.scores[seen])
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "status": found.status,
-        "landmarks": [
-            {
-                "name": found.names[i],
-                "position_mm": found.positions_mm[i],
-                "covariance_mm2": found.covariance_mm2[i],
-                "score": float(found.scores[i]),
-            }
-            for i in seen
-        ],
-        "not_in_view": [name for i, name in enumerate(found.names) if i not in seen],
+        "landmarks": _entries(places),
+        "not_in_view": list(compress(found.names, ~seen)),
         "score": found.score,
         "runner_up_score": found.runner_up_score,
         "live_from_model": found.live_from_model,

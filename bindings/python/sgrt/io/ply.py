@@ -13,41 +13,28 @@ from urllib.parse import quote, unquote
 
 import numpy as np
 from numpy.typing import NDArray
-from plyfile import PlyData, PlyElement, PlyParseError
 
 from .._core import Surface
 from ..errors import FormatError, LimitError
 from ._files import PathLike, naming, writing
+from ._ply_rows import TYPES, Ascii, Binary, Element, Rows, write
 
 MAX_HEADER_BYTES = 2**16
 MAX_POINTS = 50_000_000
 POINT = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")
 COVARIANCE = ("cxx", "cxy", "cxz", "cyy", "cyz", "czz")
-SIZES = {
-    **{"char": 1, "uchar": 1, "short": 2, "ushort": 2, "int": 4, "uint": 4, "float": 4, "double": 8},
-    **{"int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4, "float32": 4, "float64": 8},
-}
 FLOATS = ("float", "double", "float32", "float64")
-
-
-@dataclass
-class _Element:
-    name: str
-    count: int
-    properties: dict[str, str] = field(default_factory=dict)  # the type; of a list "list"
-    least_bytes: int = 0  # of one row
-    least_words: int = 0
 
 
 @dataclass
 class _Header:
     format: str = ""
     comments: list[str] = field(default_factory=list)
-    elements: list[_Element] = field(default_factory=list)
+    elements: list[Element] = field(default_factory=list)
     size: int = 0
 
-    def element(self, name: str) -> _Element | None:
+    def element(self, name: str) -> Element | None:
         return next((e for e in self.elements if e.name == name), None)
 
 
@@ -57,16 +44,16 @@ def _count(word: str) -> int:
     return int(word)
 
 
-def _property(element: _Element, words: list[str]) -> None:
+def _property(element: Element, words: list[str]) -> None:
     is_list = len(words) == 5 and words[1] == "list"
     types = words[2:4] if is_list else words[1:2]
-    if (len(words) != 3 and not is_list) or any(t not in SIZES for t in types):
+    if (len(words) != 3 and not is_list) or any(t not in TYPES for t in types) or (is_list and words[2] in FLOATS):
         raise FormatError(f"header: {' '.join(words)!r} is not a property")
     if words[-1] in element.properties:
         raise FormatError(f"header: the property {words[-1]!r} stands twice")
-    element.properties[words[-1]] = "list" if is_list else words[1]
-    element.least_bytes += SIZES[types[0]]
-    element.least_words += 1
+    element.properties[words[-1]] = types[-1]
+    if is_list:
+        element.lists[words[-1]] = words[2]
 
 
 def _header(stream: BinaryIO) -> _Header:
@@ -89,7 +76,7 @@ def _header(stream: BinaryIO) -> _Header:
             case ["element", name, count]:
                 if header.element(name):
                     raise FormatError(f"header: the element {name!r} stands twice")
-                header.elements.append(_Element(name, _count(count)))
+                header.elements.append(Element(name, _count(count)))
             case ["property", *_] if header.elements:
                 _property(header.elements[-1], words)
             case _:
@@ -101,10 +88,12 @@ def _check(header: _Header, file_bytes: int) -> None:
     """Nothing is allocated before the bytes for it are seen."""
     if header.format not in ("ascii", "binary_little_endian"):
         raise FormatError(f"format {header.format!r}; expected ascii or binary_little_endian")
+    for element in header.elements:
+        if element.count and not element.properties:
+            raise FormatError(f"header: the element {element.name!r} has no property")
     ascii_text = header.format == "ascii"
-    # Of ascii every value takes a digit and a space or newline, but for the last.
-    least = sum(e.count * (2 * e.least_words if ascii_text else e.least_bytes) for e in header.elements)
-    if least > file_bytes - header.size + ascii_text:
+    least = sum(e.count * e.least(ascii_text) for e in header.elements)
+    if least > file_bytes - header.size + ascii_text:  # the last number of ascii may lack its newline
         counts = ", ".join(f"{e.count} {e.name}" for e in header.elements)
         raise FormatError(
             f"cut short: the header promises {counts}, at least {least} bytes; {file_bytes - header.size} follow it"
@@ -120,8 +109,9 @@ def _check(header: _Header, file_bytes: int) -> None:
             missing = next(name for name in names if name not in vertex.properties)
             raise FormatError(f"vertex lacks the property {missing!r}")
         for name in present:
-            if vertex.properties[name] not in FLOATS:
-                raise FormatError(f"vertex {name}: type {vertex.properties[name]}; expected float or double")
+            if name in vertex.lists or vertex.properties[name] not in FLOATS:
+                kind = "list" if name in vertex.lists else vertex.properties[name]
+                raise FormatError(f"vertex {name}: type {kind}; expected float or double")
 
 
 def _tagged(comments: list[str], tag: str, count: int) -> list[str] | None:
@@ -160,7 +150,7 @@ def _causes(comments: list[str], count: int) -> list[str] | None:
     return None if words is None else ["" if word == "%" else unquote(word) for word in words]
 
 
-def _columns(vertex: Any, names: tuple[str, ...]) -> NDArray[Any]:
+def _columns(vertex: Rows, names: tuple[str, ...]) -> NDArray[Any]:
     wide = any(vertex[name].dtype.itemsize == 8 for name in names)
     return np.stack([vertex[name] for name in names], axis=-1).astype("f8" if wide else "f4", copy=False)
 
@@ -169,33 +159,32 @@ def _mode_names(k: int) -> tuple[str, ...]:
     return tuple(f"mode{k}_{axis}" for axis in "xyz")
 
 
-def _mode_count(vertex: _Element) -> int:
+def _mode_count(vertex: Element) -> int:
     count = 0
-    while all(vertex.properties.get(name) in FLOATS for name in _mode_names(count)):
+    while all(vertex.properties.get(name) in FLOATS and name not in vertex.lists for name in _mode_names(count)):
         count += 1
     if any(name.startswith("mode") and name[4:5].isdigit() and int(name[4:5]) >= count for name in vertex.properties):
         raise FormatError("vertex: the properties mode0_x, mode0_y, mode0_z, mode1_x ... have a gap")
     return count
 
 
-def _face_name(element: _Element) -> str:
+def _face_name(element: Element) -> str:
     for name in ("vertex_indices", "vertex_index"):
-        if element.properties.get(name) == "list":
+        if name in element.lists and element.properties[name] not in FLOATS:
             return name
     raise FormatError("face lacks the list 'vertex_indices'")
 
 
-def _faces(ply: PlyData, element: _Element, name: str) -> NDArray[np.int32]:
-    rows = ply["face"][name]
-    if rows.dtype == object:
-        lengths = {len(row) for row in rows}
-        if lengths - {3}:
-            raise FormatError(f"a face with {max(lengths - {3})} corners; expected triangles")
-        rows = np.stack(list(rows)) if len(rows) else np.empty((0, 3), np.int32)
-    indices: NDArray[np.int64] = np.asarray(rows, dtype=np.int64).reshape(element.count, -1)
-    wrong = indices[(indices < 0) | (indices >= ply["vertex"].count)]
+def _faces(rows: Rows, name: str, points: int) -> NDArray[np.int32]:
+    corners = rows[name]
+    lengths = {corners.shape[1]} if isinstance(corners, np.ndarray) else {len(row) for row in corners}
+    if lengths - {3}:
+        raise FormatError(f"a face with {max(lengths - {3})} corners; expected triangles")
+    with _parse_errors():
+        indices = np.asarray(corners, dtype=np.int64).reshape(-1, 3)
+    wrong = indices[(indices < 0) | (indices >= points)]
     if wrong.size:
-        raise FormatError(f"a face names the point {wrong[0]}; there are {ply['vertex'].count}")
+        raise FormatError(f"a face names the point {wrong[0]}; there are {points}")
     return indices.astype(np.int32)
 
 
@@ -203,33 +192,31 @@ def _faces(ply: PlyData, element: _Element, name: str) -> NDArray[np.int32]:
 def _parse_errors() -> Iterator[None]:
     try:
         yield
-    except PlyParseError as error:
-        raise FormatError(f"not a PLY file that can be read: {error}") from error
-    except (ValueError, EOFError, UnicodeDecodeError) as error:
-        if isinstance(error, FormatError):
-            raise
+    except FormatError:
+        raise
+    except (ValueError, OverflowError) as error:
         raise FormatError(f"malformed numbers: {str(error).splitlines()[0]}") from error
 
 
-def _surface(path: PathLike) -> Surface:
+def _elements(path: PathLike) -> tuple[_Header, dict[str, Rows]]:
+    """The header and the rows of the points and faces; what stands behind them is not read."""
     with Path(path).open("rb") as stream:
         header = _header(stream)
         _check(header, os.fstat(stream.fileno()).st_size)
+        stream.seek(header.size)
+        body = Ascii(stream) if header.format == "ascii" else Binary(stream.read())
+        with _parse_errors():
+            wanted = max(i for i, e in enumerate(header.elements) if e.name in ("vertex", "face"))
+            return header, {e.name: body.rows(e) for e in header.elements[: wanted + 1]}
+
+
+def _surface(path: PathLike) -> Surface:
+    header, found = _elements(path)
     vertex, face = header.element("vertex"), header.element("face")
     assert vertex is not None
-    face_name = _face_name(face) if face and face.count else None
     grid = _grid(header.comments, vertex.count)
     correlation = _correlation(header.comments)
-    with _parse_errors():
-        try:  # triangles are read at once; anything else row by row, to say what it is
-            ply = PlyData.read(
-                os.fspath(path), mmap=False, known_list_len={"face": {face_name: 3}} if face_name else {}
-            )
-        except PlyParseError:
-            if not face_name:
-                raise
-            ply = PlyData.read(os.fspath(path), mmap=False)
-    rows = ply["vertex"]
+    rows = found["vertex"]
     shape = grid or (vertex.count,)
 
     def array(names: tuple[str, ...]) -> NDArray[Any] | None:
@@ -245,7 +232,7 @@ def _surface(path: PathLike) -> Surface:
         normals=array(NORMAL),
         sigma_mm=None if sigma is None else sigma[..., 0],
         covariance=array(COVARIANCE),
-        faces=_faces(ply, face, face_name) if face and face_name else None,
+        faces=_faces(found["face"], _face_name(face), vertex.count) if face and face.count else None,
         modes=np.stack(modes).astype("f8") if modes else None,
         mode_names=causes,
         correlation_points=correlation,
@@ -292,11 +279,14 @@ def write_surface(
     rows = np.empty(len(columns[0][1]), dtype=[(name, "<f8") for name, _ in columns])
     for name, values in columns:
         rows[name] = values
-    elements = [PlyElement.describe(rows, "vertex")]
+    elements: list[tuple[str, NDArray[Any], list[str]]] = [("vertex", rows, [f"double {name}" for name, _ in columns])]
     if surface.faces is not None:
-        triangles = np.empty(len(surface.faces), dtype=[("vertex_indices", "<i4", (3,))])
-        triangles["vertex_indices"] = surface.faces
-        elements.append(PlyElement.describe(triangles, "face"))
+        dtype = [("length", "u1"), ("a", "<i4"), ("b", "<i4"), ("c", "<i4")]
+        triangles = np.empty(len(surface.faces), dtype=dtype)
+        triangles["length"] = 3
+        for i, corner in enumerate("abc"):
+            triangles[corner] = surface.faces[:, i]
+        elements.append(("face", triangles, ["list uchar int vertex_indices"]))
     comments = [f"sgrt correlation_points {surface.correlation_points!r}"]
     if surface.mode_names:
         comments.append("sgrt mode_names " + " ".join(quote(name, safe="") or "%" for name in surface.mode_names))
@@ -304,4 +294,4 @@ def write_surface(
         height, width = surface.grid_shape
         comments.insert(0, f"sgrt grid {width} {height}")
     with writing(path) as stream:
-        PlyData(elements, text=format == "ascii", byte_order="<", comments=comments).write(stream)
+        write(stream, format == "ascii", comments, elements)

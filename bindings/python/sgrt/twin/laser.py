@@ -70,7 +70,7 @@ def default_mirror(seed: int = 0, base_mm: float = 600.0, height_mm: float = 200
     """A unit `base_mm` beside a camera at `height_mm` over the isocentre, with a fitter's small errors of `seed`."""
     rng = stream(seed, "laser", "mirror")
     place = np.array([base_mm, 0.0, height_mm])
-    down = -place / np.sqrt(np.sum(place * place))
+    down = -np.array(_unit(place))
     normal = down - np.array([-1.0, 0.0, 0.0])  # of the mirror that turns light along -X towards the isocentre
     tilt = rng.normal(0.0, 0.004, (3, 3))
     return Mirror(
@@ -78,7 +78,7 @@ def default_mirror(seed: int = 0, base_mm: float = 600.0, height_mm: float = 200
         fan_normal=_unit([0.0, 0.0, 1.0] + tilt[0]),
         axis_point=tuple(place.tolist()),
         axis_direction=_unit([0.0, 1.0, 0.0] + tilt[1]),
-        normal_at_zero=_unit(normal / np.sqrt(np.sum(normal * normal)) + tilt[2]),
+        normal_at_zero=_unit(_unit(normal) + tilt[2]),
         offset_mm=float(rng.normal(1.5, 0.5)),
     )
 
