@@ -27,7 +27,8 @@ inline void dismantle(Json& json) noexcept {
   }
 }
 
-// Whether it is this text. By == nlohmann-json makes a second tree, and ends the program where there is no memory for it.
+// Whether it is this text. By == nlohmann-json makes a second tree, and ends the program where there is no memory for
+// it.
 inline bool is_text(const Json& json, const std::string& text) {
   return json.is_string() && json.get_ref<const std::string&>() == text;
 }

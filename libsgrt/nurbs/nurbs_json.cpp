@@ -60,7 +60,8 @@ Read read(const Json& json, std::size_t sides) {
   if (!json.is_object()) refuse(std::string("nurbs: expected an object, got ") + json.type_name());
   const auto schema = json.find("schema");
   if (schema == json.end() || !schema->is_string()) refuse("schema: missing, expected 'sgrt-nurbs/1'");
-  if (!is_text(*schema, kSchema)) refuse("schema: expected 'sgrt-nurbs/1', got " + in_quotes(schema->get<std::string>()));
+  if (!is_text(*schema, kSchema))
+    refuse("schema: expected 'sgrt-nurbs/1', got " + in_quotes(schema->get<std::string>()));
   const std::vector<int> degree = counts(json, "degree", sides), size = counts(json, "size", sides);
   const Json& knots = array_at(json, "knots");
   if (knots.size() != sides) refuse("knots: expected " + std::to_string(sides) + " arrays");
