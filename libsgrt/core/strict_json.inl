@@ -18,12 +18,12 @@ using Json = nlohmann::ordered_json;
 // Takes a tree apart from its leaves up. nlohmann-json's own destructor asks for memory to do so, and where there is
 // none it ends the program; of an empty array or object it asks for none.
 inline void dismantle(Json& json) noexcept {
-  if (json.is_object()) {
-    for (auto& item : json.get_ref<Json::object_t&>()) dismantle(item.second);
-    json.get_ref<Json::object_t&>().clear();
-  } else if (json.is_array()) {
-    for (Json& item : json.get_ref<Json::array_t&>()) dismantle(item);
-    json.get_ref<Json::array_t&>().clear();
+  if (auto* object = json.get_ptr<Json::object_t*>()) {
+    for (auto& item : *object) dismantle(item.second);
+    object->clear();
+  } else if (auto* array = json.get_ptr<Json::array_t*>()) {
+    for (Json& item : *array) dismantle(item);
+    array->clear();
   }
 }
 
