@@ -125,6 +125,9 @@ LaserProblem problem_of(const Rig& rig, const Camera& camera, const CalibrationD
   if (p.sights.size() < kFewest)
     fail(Status::kInsufficientData,
          "the stripe crosses the board at " + std::to_string(p.sights.size()) + " points, expected at least 50");
+  const auto first = [&](const StripeSight& sight) { return sight.reading == p.sights.front().reading; };
+  if (!o.fixed && std::all_of(p.sights.begin(), p.sights.end(), first))
+    fail(Status::kInsufficientData, "angle_rad: one mirror angle, expected a sweep (or a laser without a mirror)");
   return p;
 }
 

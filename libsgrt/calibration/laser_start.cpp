@@ -69,8 +69,6 @@ LaserUnit first_unit(const std::vector<Vec3>& x, const std::vector<double>& read
     u.fan_point = camera + (p.d - p.n.dot(camera)) * p.n;
     return u;
   }
-  if (distinct.size() < 2)
-    fail(Status::kInsufficientData, "angle_rad: one mirror angle, expected a sweep (or a laser without a mirror)");
   const Family f = fit_family(x, reading, 2);  // linear in the angle: enough to start from
   const double a1 = *distinct.begin(), a2 = *distinct.rbegin();
   const LightPlane p1 = f.at(a1), p2 = f.at(a2), middle = f.at((a1 + a2) / 2);

@@ -125,7 +125,8 @@ Json fit_of(const RoomFit& f) {
 
 std::string with_provenance(const Rig& rig, const Json& provenance) {
   const std::string text = rig_to_json(rig);
-  Json json = parse_json(text.data(), text.size(), "rig");
+  JsonTree tree = parse_json(text.data(), text.size(), "rig");
+  Json& json = tree.root;
   json["provenance"] = provenance;
   return json_text(json, "rig");
 }
@@ -254,7 +255,8 @@ std::string rig_with_provenance(const TofCalibration& r) {
     if (unit.id == r.unit && !r.pixel_offset.empty()) unit.pixel_offset_file = "pixel-offset.npy";
   }
   const std::string text = rig_to_json(rig);
-  Json json = parse_json(text.data(), text.size(), "rig");  // what the rig came from stays
+  JsonTree tree = parse_json(text.data(), text.size(), "rig");
+  Json& json = tree.root;  // what the rig came from stays
   json["provenance"]["tof"][r.unit] = {{"made_by", "sgrt tof calibration"},
                                        {"placements", r.placements.size()},
                                        {"rms_after_mm", r.rms_after},

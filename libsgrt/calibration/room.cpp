@@ -8,7 +8,10 @@
 
 #include "calibration/initial.hpp"
 #include "calibration/text.hpp"
+#include "calibration/views.hpp"
 #include "core/error.hpp"
+#include "core/surface.hpp"
+#include "core/within.hpp"
 #include "rig/laser.hpp"
 #include "rig/uncertainty.hpp"
 
@@ -215,14 +218,9 @@ void check_phantom(const std::vector<const Rig*>& rigs, const CalibrationData& d
   }
   if (data.points.rows() < 3)
     fail(Status::kInvalidArgument, "points: " + std::to_string(data.points.rows()) + ", expected at least 3");
-  if (!data.points.allFinite()) fail(Status::kInvalidArgument, "points: expected finite coordinates");
-  for (std::size_t i = 0; i < data.sights.size(); ++i) {
-    const Sight& s = data.sights[i];
-    if (s.camera < 0 || s.camera >= static_cast<int>(data.cameras.size()) || s.point < 0 ||
-        s.point >= data.points.rows() || !s.pixel.allFinite())
-      fail(Status::kInvalidArgument,
-           "index[" + std::to_string(i) + "]: a camera or point that there is not, or a pixel that is not finite");
-  }
+  if (!within(data.points, kMaxCoordinate))
+    fail(Status::kInvalidArgument, "points: expected finite coordinates within 1e5 mm");
+  check_sights(data);
 }
 
 // eq. 26: the cameras of a rig in the room, with modes for what the fit adds.

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/within.hpp"
 
 namespace sgrt {
 namespace {
@@ -53,7 +54,7 @@ void check_points(const Points& points) {
   if (points.rows() < kFewest)
     refuse("points", std::to_string(points.rows()) + " of them, expected at least " + std::to_string(kFewest));
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (!(points.row(i).cwiseAbs().maxCoeff() <= kLargest))
+    if (!within(points.row(i), kLargest))
       refuse(at("points", static_cast<std::size_t>(i)), "expected finite coordinates within 1e5 mm");
   }
   const Eigen::Vector3d size = points.colwise().maxCoeff() - points.colwise().minCoeff();
@@ -61,6 +62,12 @@ void check_points(const Points& points) {
   if (size.z() > kFlat * size.head<2>().maxCoeff())
     refuse("points", "z extends over " + text_of(size.z()) + " mm, expected a flat target, z = 0");
 }
+
+bool same_image(const View& a, const View& b) {
+  return a.camera == b.camera && a.index == b.index && a.pixel == b.pixel;
+}
+
+}  // namespace
 
 void check_sights(const CalibrationData& data) {
   const int cameras = static_cast<int>(data.cameras.size()), placements = static_cast<int>(data.placements.size());
@@ -83,12 +90,6 @@ void check_sights(const CalibrationData& data) {
       refuse(at("sigma", i), text_of(s.sigma) + ", expected more than 0, at most 1000");
   }
 }
-
-bool same_image(const View& a, const View& b) {
-  return a.camera == b.camera && a.index == b.index && a.pixel == b.pixel;
-}
-
-}  // namespace
 
 void check_data(const CalibrationData& data) {
   check_cameras(data);

@@ -7,6 +7,8 @@ namespace sgrt {
 
 // Throws kInvalidArgument naming the entry. Cameras, placements, points and sights are all looked at.
 void check_data(const CalibrationData& data);
+// Of it, that every sight is of a camera, placement and point that there are, at a pixel of the image.
+void check_sights(const CalibrationData& data);
 
 // One view a camera and placement, by placement name, then camera; points in the target's order. Views of fewer than 6
 // points and repeated images go to `discarded`.

@@ -85,6 +85,13 @@ void check_samples(const sgrt_curvature_samples& samples, std::int64_t n, const 
 }
 
 void write_samples(const sgrt_curvature_samples& samples, const std::vector<Curvature>& values) {
+  std::vector<std::uint8_t> hk;  // first, as it takes memory
+  hk.reserve(values.size());
+  // Exact curvature: zero is rounding.
+  for (const Curvature& c : values) {
+    const double zero = 1e-10 * c.curvedness;
+    hk.push_back(static_cast<std::uint8_t>(hk_class(c.mean, c.gauss, zero, zero * c.curvedness)));
+  }
   for (const WantedNumber& w : kNumbers) {
     if (absent(&(samples.*w.view))) continue;
     fill_output(samples.*w.view, [&](double* out) {
@@ -97,15 +104,7 @@ void write_samples(const sgrt_curvature_samples& samples, const std::vector<Curv
       for (const Curvature& c : values) out = std::copy_n((c.*w.vector).data(), 3, out);
     });
   }
-  if (absent(&samples.hk)) return;
-  std::vector<std::uint8_t> hk;
-  hk.reserve(values.size());
-  // Exact curvature: zero is rounding.
-  for (const Curvature& c : values) {
-    const double zero = 1e-10 * c.curvedness;
-    hk.push_back(static_cast<std::uint8_t>(hk_class(c.mean, c.gauss, zero, zero * c.curvedness)));
-  }
-  write_view(samples.hk, hk.data());
+  if (!absent(&samples.hk)) write_view(samples.hk, hk.data());
 }
 
 }  // namespace

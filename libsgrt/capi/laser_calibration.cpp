@@ -89,6 +89,7 @@ sgrt_status sgrt_calibration_laser(sgrt_context* context, const sgrt_rig* rig, c
     sgrt_calibration_options defaults{};
     sgrt_calibration_options_init(&defaults, sizeof defaults);
     const sgrt_calibration_options c = read_struct(options, defaults, "options.struct_size");
+    check_reserved(c.reserved, "options.reserved");
     check_range(c.max_iterations, 1, 10'000, "options.max_iterations");
     check_range(c.outlier_sigma, 3, 1e6, "options.outlier_sigma");
     check_range(c.noise_px, 0, 100, "options.noise_px");

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capi/capi.hpp"
+#include "core/within.hpp"
 #include "nurbs/basis.hpp"
 #include "nurbs/interpolate.hpp"
 #include "nurbs/invert.hpp"
@@ -106,7 +107,7 @@ inline void closest_points(sgrt_context* context, const ClosestFinder& finder, c
   const Points points = read_points(points_mm, "points_mm");
   const std::int64_t n = points.rows();
   for (std::int64_t i = 0; i < n; ++i) {
-    if (!(points.row(i).cwiseAbs().maxCoeff() <= kMaxCoordinate))
+    if (!within(points.row(i), kMaxCoordinate))
       refuse(("points_mm[" + std::to_string(i) + "]").c_str(), "not finite", "coordinates within 1e5 mm");
   }
   if (!absent(parameters)) {

@@ -14,6 +14,8 @@ namespace {
 
 constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kMaxSide = 32768;  // px
+// Where a program's memory ends at the latest: 2^56 on 64 bits (x86-64 with five levels of pages).
+constexpr std::uintptr_t kAddresses = std::numeric_limits<std::uintptr_t>::max() >> (sizeof(void*) == 8 ? 8 : 0);
 
 const char* dtype_name(std::int32_t dtype) {
   switch (dtype) {
@@ -125,7 +127,7 @@ Extent extent_of(const sgrt_view& v, const char* name) {
     side += reach;
   }
   if (below > kMax - above || static_cast<std::uintptr_t>(below) > address) refuse_extent(name);
-  if (static_cast<std::uintptr_t>(above) > std::numeric_limits<std::uintptr_t>::max() - address) refuse_extent(name);
+  if (static_cast<std::uintptr_t>(above) > kAddresses - std::min(address, kAddresses)) refuse_extent(name);
   return {address - static_cast<std::uintptr_t>(below), address + static_cast<std::uintptr_t>(above)};
 }
 
@@ -261,6 +263,7 @@ Points read_points(const sgrt_view* view, const char* name) {
 ImageView image_of(const sgrt_view* view, const char* name) {
   check_view(view, name, Kind::kImage, {kAny, kAny});
   check_limit(std::max(view->shape[0], view->shape[1]), kMaxSide, name);
+  if (view->shape[0] < 1 || view->shape[1] < 1) refuse(name, "an image without a pixel", "1 x 1 or more");
   ImageView image;
   image.data = view->data;
   image.type = view->dtype == SGRT_U8    ? ImageView::Type::kU8

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "capi/capi.hpp"
+#include "core/within.hpp"
 #include "volume/contours.hpp"
 
 namespace sgrt {
@@ -87,7 +88,7 @@ Voxels voxels_of(const sgrt_view* view, const double* m, const sgrt_volume_optio
   if (!(std::abs(v.axes.determinant()) > 0.1 * spacing.prod()))
     refuse("frame_from_voxel", "axes that are nearly in one plane", "three directions");
   const Vec3 far(v.nx, v.ny, v.nz);
-  if (!((v.axes.cwiseAbs() * far + v.origin.cwiseAbs()).maxCoeff() <= kMaxCoordinate))
+  if (!within(v.axes.cwiseAbs() * far + v.origin.cwiseAbs(), kMaxCoordinate))
     refuse("frame_from_voxel", "a volume that leaves the frame", "coordinates up to 1e5 mm");
   return v;
 }
@@ -109,11 +110,10 @@ ContoursOptions from_c(const sgrt_contours_options& c) {
 
 std::vector<Points> contours_of(const sgrt_view* points, const sgrt_view* lengths) {
   const Points all = read_points(points, "points");
-  if (!(all.cwiseAbs().maxCoeff() <= kMaxCoordinate))
-    refuse("points", "a coordinate that is NaN, Inf or beyond 1e5", "mm");
+  if (!within(all, kMaxCoordinate)) refuse("points", "a coordinate that is NaN, Inf or beyond 1e5", "mm");
   check_view(lengths, "lengths", Kind::kIndex, {kAny});
-  std::vector<std::int32_t> n(static_cast<std::size_t>(lengths->shape[0]));
   check_limit(lengths->shape[0], kMaxPoints, "lengths");
+  std::vector<std::int32_t> n(static_cast<std::size_t>(lengths->shape[0]));
   read_view(*lengths, n.data());
   std::int64_t begin = 0;
   std::vector<Points> contours;

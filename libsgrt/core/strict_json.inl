@@ -15,11 +15,41 @@ namespace sgrt {
 
 using Json = nlohmann::ordered_json;
 
+// Takes a tree apart from its leaves up. nlohmann-json's own destructor asks for memory to do so, and where there is
+// none it ends the program; of an empty array or object it asks for none.
+inline void dismantle(Json& json) noexcept {
+  if (auto* object = json.get_ptr<Json::object_t*>()) {
+    for (auto& item : *object) dismantle(item.second);
+    object->clear();
+  } else if (auto* array = json.get_ptr<Json::array_t*>()) {
+    for (Json& item : *array) dismantle(item);
+    array->clear();
+  }
+}
+
+// Whether it is this text. By == nlohmann-json makes a second tree, and ends the program where there is no memory for
+// it.
+inline bool is_text(const Json& json, const std::string& text) {
+  return json.is_string() && json.get_ref<const std::string&>() == text;
+}
+
+// Owns a tree and takes it apart.
+struct JsonTree {
+  Json root;
+  explicit JsonTree(Json&& tree) noexcept : root(std::move(tree)) {}
+  JsonTree(JsonTree&&) = default;
+  JsonTree& operator=(JsonTree&&) = delete;
+  ~JsonTree() { dismantle(root); }
+};
+
 // Builds the tree as the parser reads: with a limit of depth, no key twice in an object, and numbers read without
 // regard to the locale (nlohmann-json reads them with strtod).
 class JsonBuilder : public nlohmann::json_sax<Json> {
  public:
   explicit JsonBuilder(const char* name) : name_(name) {}
+  ~JsonBuilder() override { dismantle(root); }
+  JsonBuilder(const JsonBuilder&) = delete;
+  JsonBuilder& operator=(const JsonBuilder&) = delete;
   Json root;
 
   bool null() override { return add(nullptr); }
@@ -70,8 +100,19 @@ class JsonBuilder : public nlohmann::json_sax<Json> {
     if (into.is_array()) return into.emplace_back(std::forward<Value>(value));
     // Straight into the vector below: the map's own insertion searches all keys, which `keys_` has done.
     auto& object = into.get_ref<Json::object_t&>();
+    if (object.size() == object.capacity()) grow(object);
     object.emplace_back(std::move(key_), std::forward<Value>(value));
     return object.back().second;
+  }
+
+  // More room. By itself the vector would copy its trees, because their keys are const, and destroy the old ones.
+  static void grow(Json::object_t& object) {
+    Json::object_t larger;
+    larger.reserve(2 * object.size() + 4);
+    for (const auto& item : object) larger.emplace_back(item.first, nullptr);
+    auto to = larger.begin();
+    for (auto& item : object) (to++)->second = std::move(item.second);
+    object.swap(larger);
   }
 
   bool open(Json container) {
@@ -97,7 +138,7 @@ class JsonBuilder : public nlohmann::json_sax<Json> {
 };
 
 // name: what the text is, for the message.
-inline Json parse_json(const char* text, std::size_t size, const char* name) {
+inline JsonTree parse_json(const char* text, std::size_t size, const char* name) {
   constexpr std::size_t kMaxBytes = 16 << 20;
   if (size > kMaxBytes) {
     fail(Status::kLimit, name + (": expected at most 16 MiB of text, got " + std::to_string(size) + " bytes"));
@@ -106,7 +147,7 @@ inline Json parse_json(const char* text, std::size_t size, const char* name) {
   if (nul < size) fail(Status::kFormat, name + (": not JSON, a NUL at byte " + std::to_string(nul)));
   JsonBuilder builder(name);
   Json::sax_parse(text, text + size, &builder);
-  return std::move(builder.root);
+  return JsonTree(std::move(builder.root));
 }
 
 inline std::string json_text(const Json& json, const char* name) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
+#include "core/within.hpp"
 
 namespace sgrt {
 namespace {
@@ -25,7 +26,7 @@ void place(const Camera& camera, const LightPlane& slope, const LaserOptions& o,
   }
   const Vec3 x = from + t * ray;
   if (!((x.array() >= o.volume_min.array()).all() && (x.array() <= o.volume_max.array()).all() &&
-        x.cwiseAbs().maxCoeff() < kMaxCoordinate)) {
+        within(x, kMaxCoordinate))) {
     c.reason[static_cast<std::size_t>(i)] = kOutOfVolume;
     return;
   }

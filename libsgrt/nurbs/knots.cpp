@@ -68,7 +68,7 @@ Net to_bezier(const Net& net) {
 }
 
 Net elevate(const Net& net, int times) {
-  if (times < 1 || net.basis.degree + times > kMaxDegree) {
+  if (times < 1 || times > kMaxDegree - net.basis.degree) {
     fail(Status::kInvalidArgument,
          "times: " + std::to_string(times) + ", expected 1 to " + std::to_string(kMaxDegree - net.basis.degree));
   }

@@ -60,7 +60,8 @@ Read read(const Json& json, std::size_t sides) {
   if (!json.is_object()) refuse(std::string("nurbs: expected an object, got ") + json.type_name());
   const auto schema = json.find("schema");
   if (schema == json.end() || !schema->is_string()) refuse("schema: missing, expected 'sgrt-nurbs/1'");
-  if (*schema != kSchema) refuse("schema: expected 'sgrt-nurbs/1', got " + in_quotes(schema->get<std::string>()));
+  if (!is_text(*schema, kSchema))
+    refuse("schema: expected 'sgrt-nurbs/1', got " + in_quotes(schema->get<std::string>()));
   const std::vector<int> degree = counts(json, "degree", sides), size = counts(json, "size", sides);
   const Json& knots = array_at(json, "knots");
   if (knots.size() != sides) refuse("knots: expected " + std::to_string(sides) + " arrays");
@@ -124,14 +125,14 @@ std::string write(const SplineBasis* basis, std::size_t sides, const Points& poi
 
 NurbsCurve curve_from_json(const char* text, std::size_t size) {
   return formatted([&] {
-    Read r = read(parse_json(text, size, "nurbs"), 1);
+    Read r = read(parse_json(text, size, "nurbs").root, 1);
     return make_nurbs_curve({std::move(r.basis[0]), std::move(r.points), std::move(r.weights)});
   });
 }
 
 NurbsSurface surface_from_json(const char* text, std::size_t size) {
   return formatted([&] {
-    Read r = read(parse_json(text, size, "nurbs"), 2);
+    Read r = read(parse_json(text, size, "nurbs").root, 2);
     return make_nurbs_surface(
         {{std::move(r.basis[0]), std::move(r.basis[1])}, std::move(r.points), std::move(r.weights)});
   });

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/surface.hpp"
+#include "core/within.hpp"
 #include "registration/landmark_consensus.hpp"
 #include "registration/words.hpp"
 
@@ -31,7 +33,7 @@ void check(const LandmarkSet& l, const char* name) {
   if (!l.position.allFinite()) fail(Status::kInvalidArgument, std::string(name) + ": a position is not finite");
   for (std::size_t k = 0; k < l.covariance.size(); ++k) {
     const Mat3& C = l.covariance[k];
-    const bool sound = C.allFinite() && (C - C.transpose()).norm() <= 1e-6 * C.norm() &&
+    const bool sound = within(C, kMaxCoordinate * kMaxCoordinate) && (C - C.transpose()).norm() <= 1e-6 * C.norm() &&
                        Eigen::SelfAdjointEigenSolver<Mat3>(C).eigenvalues()[0] >= -1e-9 * C.norm();
     if (!sound) {
       fail(Status::kInvalidArgument, std::string(name) + "_covariance_mm2[" + std::to_string(k) +

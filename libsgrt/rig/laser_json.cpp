@@ -77,12 +77,13 @@ LaserUnit unit_of(const Rig& rig, const Json& json, const std::string& path) {
   return u;
 }
 
-Json lasers_of(const Rig& rig) {
-  if (rig.document.empty()) return Json::array();
-  const Json json = parse_json(rig.document.data(), rig.document.size(), "rig");
-  if (!json.contains("lasers")) return Json::array();
-  if (!json.at("lasers").is_array()) refuse("lasers: expected an array");
-  return json.at("lasers");
+// The lasers that a rig's text lists; of a rig without any an empty array.
+JsonTree lasers_of(const Rig& rig) {
+  if (rig.document.empty()) return JsonTree(Json::array());
+  JsonTree tree = parse_json(rig.document.data(), rig.document.size(), "rig");
+  if (!tree.root.contains("lasers")) return JsonTree(Json::array());
+  if (!tree.root.at("lasers").is_array()) refuse("lasers: expected an array");
+  return JsonTree(std::move(tree.root.at("lasers")));
 }
 
 Json list(const Vec3& v) {
@@ -93,7 +94,8 @@ Json list(const Vec3& v) {
 
 std::vector<std::string> laser_ids(const Rig& rig) {
   std::vector<std::string> ids;
-  const Json lasers = lasers_of(rig);
+  const JsonTree tree = lasers_of(rig);
+  const Json& lasers = tree.root;
   ids.reserve(lasers.size());
   for (std::size_t i = 0; i < lasers.size(); ++i)
     ids.push_back(text_at(lasers[i], "lasers[" + std::to_string(i) + "]", "id"));
@@ -101,7 +103,8 @@ std::vector<std::string> laser_ids(const Rig& rig) {
 }
 
 LaserUnit laser_of(const Rig& rig, const std::string& id) {
-  const Json lasers = lasers_of(rig);
+  const JsonTree tree = lasers_of(rig);
+  const Json& lasers = tree.root;
   const std::vector<std::string> ids = laser_ids(rig);
   std::string known;
   for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -116,12 +119,13 @@ std::string rig_with_laser(const Rig& rig, const LaserUnit& u, const RigUncertai
   Rig changed = rig;
   changed.uncertainty = uncertainty;
   const std::string text = rig_to_json(changed);
-  Json json = parse_json(text.data(), text.size(), "rig");
+  JsonTree tree = parse_json(text.data(), text.size(), "rig");
+  Json& json = tree.root;
   Json item = Json::object();
   Json lasers = Json::array();
   if (json.contains("lasers")) {
     for (const Json& other : json.at("lasers")) {
-      if (other.is_object() && other.contains("id") && other.at("id") == u.id) {
+      if (other.is_object() && other.contains("id") && is_text(other.at("id"), u.id)) {
         item = other;
       } else {
         lasers.push_back(other);

@@ -231,7 +231,7 @@ bool same(const Rig& a, const Rig& b) {
 // The object of `list` with this id, so that its unknown keys stay; else a new one.
 Json with_id(const Json& list, const std::string& id) {
   for (const Json& item : list) {
-    if (item.at("id") == id) return item;
+    if (is_text(item.at("id"), id)) return item;
   }
   return Json{{"id", id}};
 }
@@ -273,21 +273,25 @@ void write_uncertainty(const RigUncertainty& u, Json& json) {
 }  // namespace
 
 Rig rig_from_json(const char* text, std::size_t size) {
-  Rig rig = rig_of(parse_json(text, size, "rig"));
+  Rig rig = rig_of(parse_json(text, size, "rig").root);
   rig.document.assign(text, size);
   return rig;
 }
 
 // Unchanged since it was read: the text as it was. Else the known fields are written over it.
 std::string rig_to_json(const Rig& rig) {
-  Json json = Json::object();
+  JsonTree tree(Json::object());
   Rig before;
   if (!rig.document.empty()) {
-    json = parse_json(rig.document.data(), rig.document.size(), "rig");
-    before = rig_of(json);
+    const JsonTree read = parse_json(rig.document.data(), rig.document.size(), "rig");
+    before = rig_of(read.root);
     if (same(rig, before)) return rig.document;
+    tree.root = read.root;
   }
-  const Json old = json;
+  Json& json = tree.root;
+  Json copy = json;
+  const JsonTree before_it(std::move(copy));
+  const Json& old = before_it.root;
   json["schema"] = kSchema;
   json["id"] = rig.id;
   json["room"] = rig.room;
@@ -319,8 +323,7 @@ std::string rig_to_json(const Rig& rig) {
   if (!tofs.empty()) json["tofs"] = std::move(tofs);
   if (!same(rig.uncertainty, before.uncertainty)) write_uncertainty(rig.uncertainty, json);
   const std::string text = json_text(json, "rig");
-  rig_of(parse_json(text.data(), text.size(),
-                    "rig"));  // what is written can be read: a rig made in memory is checked here
+  rig_of(parse_json(text.data(), text.size(), "rig").root);  // it can be read: a rig made in memory is checked here
   return text;
 }
 

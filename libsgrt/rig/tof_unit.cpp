@@ -38,9 +38,9 @@ void check_tof(const TofUnit& unit) {
     }
   }
   for (double phase : unit.tap_phase_rad) check("tap_phase_rad", phase, -100, 100, "angles of -100 to 100 rad");
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(tap_model(unit.tap_phase_rad));
-  const auto& s = svd.singularValues();
-  if (unit.tap_phase_rad.size() < 3 || !(s(2) * kWorstCondition >= s(0)))
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> model = tap_model(unit.tap_phase_rad);
+  const Vec3 s2 = Eigen::SelfAdjointEigenSolver<Mat3>(model.transpose() * model).eigenvalues();  // increasing
+  if (unit.tap_phase_rad.size() < 3 || !(s2(0) * kWorstCondition * kWorstCondition >= s2(2)))
     refuse("tap_phase_rad", "phases that do not span the circle", "at least 3 well apart");
   check("electrons_per_count", unit.electrons_per_count, 1e-6, 1e6, "1e-6 to 1e6");
   check("read_noise_e", unit.read_noise_e, 0, 1e6, "0 to 1e6");

@@ -63,7 +63,8 @@ Mat3X point_modes(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room)
   Eigen::Matrix<double, 4, 3> J;
   if (!both_jacobians(rig, pair, x_in_room, J)) return Mat3X::Constant(3, rig.uncertainty.modes.cols(), kNaN);
   Eigen::Matrix<double, 4, Eigen::Dynamic> moved(4, rig.uncertainty.modes.cols());
-  moved << pixel_modes(rig, pair.left, x_in_room), pixel_modes(rig, pair.right, x_in_room);
+  moved.topRows<2>() = pixel_modes(rig, pair.left, x_in_room);  // not by <<, which must not be left by an exception
+  moved.bottomRows<2>() = pixel_modes(rig, pair.right, x_in_room);
   return -(J.transpose() * J).ldlt().solve(J.transpose() * moved);
 }
 

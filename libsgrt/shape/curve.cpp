@@ -68,7 +68,7 @@ std::vector<CurvePoint> sampled_curvature(const Points& samples, int half_window
                                           const Vec3& plane, double sigma, double* sigma_curvature) {
   if (degree < 3 || degree > kHighest)
     fail(Status::kInvalidArgument, "degree: " + std::to_string(degree) + ", expected 3 to 6");
-  if (2 * half_window < degree || half_window > kMaxHalfWindow)
+  if (half_window < (degree + 1) / 2 || half_window > kMaxHalfWindow)
     fail(Status::kInvalidArgument, "half_window: " + std::to_string(half_window) + ", expected " +
                                        std::to_string((degree + 1) / 2) + " to 200: fewer samples than unknowns");
   if (samples.rows() < degree + 1)
@@ -76,9 +76,9 @@ std::vector<CurvePoint> sampled_curvature(const Points& samples, int half_window
                                         std::to_string(degree) + " needs " + std::to_string(degree + 1));
   std::vector<CurvePoint> out(static_cast<std::size_t>(samples.rows()), {kNan, kNan});
   if (sigma_curvature) std::fill_n(sigma_curvature, samples.rows(), kNan);
-  Points x;
-  Eigen::VectorXd t;
   for (std::int64_t i = 0; i < samples.rows(); ++i) {
+    Points x;  // new ones each time: Eigen's resize frees twice where there is no memory
+    Eigen::VectorXd t;
     if (!window_of(samples, i, half_window, closed, x, t) || t.size() < degree + 1) continue;
     const double scale = t.cwiseAbs().maxCoeff();
     Eigen::MatrixXd A(t.size(), degree + 1);

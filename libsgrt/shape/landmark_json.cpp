@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/strict_json.inl"
+#include "core/within.hpp"
 #include "shape/landmark_model.hpp"
 
 namespace sgrt {
@@ -86,14 +87,13 @@ void check_model(const LandmarkModel& m) {
     if (p.name.empty() || p.name.size() > 64) refuse(path + "name: expected 1 to 64 bytes");
     for (std::size_t k = 0; k < i; ++k)
       if (m.points[k].name == p.name) refuse(path + "name: " + in_quotes(p.name) + " stands twice");
-    if (!(p.position.cwiseAbs().maxCoeff() <= kMaxCoordinate)) refuse(path + "position_mm: expected within 1e5 mm");
+    if (!within(p.position, kMaxCoordinate)) refuse(path + "position_mm: expected within 1e5 mm");
     if (!(std::abs(p.normal.norm() - 1) < 1e-3)) refuse(path + "normal: expected a unit vector");
     if (!(std::abs(p.k1) <= 100 && std::abs(p.k2) <= 100 && p.k1 >= p.k2 && p.k1 + p.k2 != 0))
       refuse(path + "k1_per_mm: expected at least k2_per_mm, their sum not 0");
     if (!(p.sigma > 0 && p.sigma <= 100))
       refuse(path + "sigma_mm: " + text_of(p.sigma) + ", expected above 0, up to 100");
-    if (p.patch.rows() > 0 && !(p.patch.cwiseAbs().maxCoeff() <= kMaxCoordinate))
-      refuse(path + "patch_mm: expected within 1e5 mm");
+    if (!within(p.patch, kMaxCoordinate)) refuse(path + "patch_mm: expected within 1e5 mm");
   }
 }
 
@@ -124,7 +124,8 @@ std::string model_to_json(const LandmarkModel& m) {
 }
 
 LandmarkModel model_from_json(const char* text_begin, std::size_t size) {
-  const Json j = parse_json(text_begin, size, "landmark model");
+  const JsonTree tree = parse_json(text_begin, size, "landmark model");
+  const Json& j = tree.root;
   if (!j.is_object()) refuse(std::string("landmark model: expected an object, got ") + j.type_name());
   const std::string schema = text(member(j, "schema", ""), "schema");
   if (schema != kSchema) refuse("schema: expected 'sgrt-landmark-model/1', got " + in_quotes(schema));

@@ -46,14 +46,14 @@ void TemporalFilter::check(const Surface& frame, double time) const {
 
 void TemporalFilter::start(const Surface& frame) {
   if (height_ > 0) return;
-  height_ = frame.height;
-  width_ = frame.width;
   const std::int64_t n = frame.size();
   point_ = normal_ = Points::Constant(n, 3, kNan);
   variance_ = seen_ = measured_ = predicted_ = innovation_ = Eigen::VectorXd::Constant(n, kNan);
-  sum_.assign(static_cast<std::size_t>((height_ + 1) * (width_ + 1)), 0);
+  sum_.assign(static_cast<std::size_t>((frame.height + 1) * (frame.width + 1)), 0);
   number_ = sum_;
   state_.resize(static_cast<std::size_t>(n));
+  height_ = frame.height;  // last: without memory it has not started
+  width_ = frame.width;
 }
 
 // eq. 8: how far the new point lies from the expected one, in sigmas.
@@ -116,7 +116,7 @@ TemporalState TemporalFilter::state_at(const Surface& frame, std::int64_t i) con
 void TemporalFilter::update(const Surface& frame, double time, std::int64_t i) {
   const TemporalState state = state_[static_cast<std::size_t>(i)] = state_at(frame, i);
   if (state == TemporalState::kAbsent) return;
-  Surface& out = *result_;
+  Surface& out = *next_;
   seen_[i] = time;
   if (state != TemporalState::kAveraged) {
     point_.row(i) = frame.points.row(i);
@@ -141,9 +141,9 @@ const std::shared_ptr<Surface>& TemporalFilter::push(const Run& run, const Surfa
   quiet.progress = nullptr;
   start(frame);
   // use_count is relaxed: the fence orders our writes behind the reads of whoever let go last.
-  if (!result_ || result_.use_count() > 1) result_ = std::make_shared<Surface>();
+  if (!next_ || next_.use_count() > 1) next_ = std::make_shared<Surface>();
   std::atomic_thread_fence(std::memory_order_acquire);
-  *result_ = frame;
+  *next_ = frame;  // the last step that may lack memory
   const auto in_blocks = [&](auto&& body) { parallel_for(quiet, frame.size(), kBlock, body, "filtering"); };
   in_blocks([&](std::int64_t begin, std::int64_t end) { innovate(frame, time, begin, end); });
   sum_up();
@@ -153,6 +153,7 @@ const std::shared_ptr<Surface>& TemporalFilter::push(const Run& run, const Surfa
   count_.fill(0);
   for (const TemporalState state : state_) ++count_[static_cast<std::size_t>(state)];
   time_ = time;
+  result_.swap(next_);
   return result_;
 }
 

@@ -53,7 +53,7 @@ class TemporalFilter {
   std::vector<double> sum_, number_;                   // summed-area tables
   std::vector<TemporalState> state_;
   std::array<std::int64_t, static_cast<std::size_t>(TemporalState::kCount)> count_{};
-  std::shared_ptr<Surface> result_;
+  std::shared_ptr<Surface> result_, next_;  // of the last push; memory for the next one
 };
 
 }  // namespace sgrt

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "rig/tof_unit.hpp"
 
@@ -56,8 +57,10 @@ double TapsView::high() const {
 
 TapModel make_tap_model(const TofUnit& unit, bool integers) {
   constexpr double kMovedZ = 5, kRounding = 1.0 / 12, kNothing = 1e-12;
-  const auto model = tap_model(unit.tap_phase_rad);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(model, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  constexpr int kMaxTaps = 32;  // as the rig's reader has it
+  // On the stack: Eigen's decompositions free twice where there is no memory.
+  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxTaps, 3> model = tap_model(unit.tap_phase_rad);
+  const Eigen::JacobiSVD<std::decay_t<decltype(model)>> svd(model, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::MatrixXd inverse = svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() *
                                   svd.matrixU().leftCols(3).transpose();  // 3 x taps
   TapModel m;
