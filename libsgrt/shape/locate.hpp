@@ -23,6 +23,8 @@ struct Landmark {
   bool found = false;                                                          // the skin is there; NaN otherwise
   Vec3 position = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());    // mm
   Mat3 covariance = Mat3::Constant(std::numeric_limits<double>::quiet_NaN());  // mm2
+  // Against the model's own place: without the error of that place as an extremum of the body.
+  Mat3 repeat_covariance = Mat3::Constant(std::numeric_limits<double>::quiet_NaN());
   double score = 0;  // 0 to 1: how well an extremum of its kind fits
 };
 

@@ -16,7 +16,8 @@ constexpr double kTukey = 4;          // sigmas
 constexpr double kMovesApart = 0.02;  // mm, sigma of a landmark's own motion against the others
 constexpr double kFits = 0.3;         // mm that shape may have changed
 constexpr double kLeastMet = 0.25;    // of the patch points that must lie on skin
-constexpr double kLeastShare = 0.4;   // of a patch that must meet the skin
+constexpr double kLeastShare = 0.4;   // of a patch that must meet the skin, unless the place itself does
+constexpr double kAtPlace = 2.5;      // sigmas of a live point from a place that it is of
 
 struct Contact {
   bool met = false;
@@ -125,6 +126,12 @@ System system_of(const std::vector<Contact>& contacts, const Vec3& pivot) {
   return s;
 }
 
+// The live surface has the place x itself, whatever it lacks about it.
+bool skin_at(const LandmarkScene& scene, const Vec3& x, const Vec3& normal) {
+  const auto hit = scene.nearest.nearest(x, std::hypot(scene.grain->spacing, kAtPlace * scene.grain->noise));
+  return hit.index >= 0 && oriented(*scene.surface, hit.index) && normal.dot(scene.surface->normal(hit.index)) > 0;
+}
+
 }  // namespace
 
 PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
@@ -181,15 +188,17 @@ int place_by_patches(const Run& run, const LandmarkScene& scene, const LandmarkM
       b += w * met[k].r * met[k].n;
     }
     Landmark& out = points[i];
-    out.found = all > 0 && good > kLeastShare * all;
-    if (!out.found) continue;
-    ++found;
     const Vec3 x = pose * model.points[i].position;
+    const bool much = all > 0 && good > kLeastShare * all;
+    found += much;
+    out.found = much || (good > 0 && skin_at(scene, x, pose.R * model.points[i].normal));
+    if (!out.found) continue;
     out.position = x + A.ldlt().solve(b);
     Eigen::Matrix<double, 3, 6> J;
     J << -skew(x - pivot), Mat3::Identity();
     const double own = model.points[i].sigma;
-    out.covariance = Mat3(A.inverse()) + Mat3(J * covariance * J.transpose()) + own * own * Mat3::Identity();
+    out.repeat_covariance = Mat3(A.inverse()) + Mat3(J * covariance * J.transpose()) + own * own * Mat3::Identity();
+    out.covariance = out.repeat_covariance + pose.R * model.points[i].place_covariance * pose.R.transpose();
     out.score = good / all;
   }
   return found;
