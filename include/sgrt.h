@@ -1369,7 +1369,7 @@ typedef struct sgrt_landmarks sgrt_landmarks;
 typedef struct sgrt_landmarks_options {
   uint32_t struct_size;
   int32_t min_points; /* landmarks that must match a place that stands out; 3 to 64, default 4 */
-  double min_score;   /* 0 to 1, of the whole match; default 0.5 */
+  double min_score;   /* 0 to 1, of the whole match; default 0.6 */
   double noise_mm;    /* one sigma along the normal; 0, the default: the surface's own, or measured */
 } sgrt_landmarks_options;
 SGRT_API sgrt_status sgrt_landmarks_options_init(sgrt_landmarks_options *options, size_t size);

@@ -92,7 +92,8 @@ LandmarkModel learn_model(const Run& run, const Surface& reference, const Landma
       if (near) continue;
       const Peak peak = polish(run, scene, c.x, c.n, c.sign);
       const std::size_t n = model.points.size() + 1;
-      if (peak.found) add_point(run, scene, o, (n < 10 ? "p0" : "p") + std::to_string(n), peak.x, peak.covariance, model);
+      if (peak.found)
+        add_point(run, scene, o, (n < 10 ? "p0" : "p") + std::to_string(n), peak.x, peak.covariance, model);
     }
   }
   if (static_cast<int>(model.points.size()) < kLeastPoints)

@@ -13,15 +13,15 @@ namespace sgrt {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kAmbiguous = 0.9;    // a runner-up so near the best
-constexpr double kShown = 0.75;       // share of the landmarks in view from which chance is no more a rival
-constexpr double kChance = 0.2;       // what it takes off, with none in view
-constexpr std::size_t kTried = 24;    // matches that are held against the reference's skin
-constexpr std::size_t kSparse = 5;    // first by every fifth of its points
-constexpr double kSkinFits = 0.7;     // share of the skin about the landmarks that must fit
-constexpr double kSame = 6;           // mm
-constexpr double kMoved = 0.25;       // of the scale: how far noise and smoothing move an extremum
-constexpr double kUsed = 0.1;         // value from which an extremum moves its landmark
+constexpr double kAmbiguous = 0.9;  // a runner-up so near the best
+constexpr double kShown = 0.75;     // share of the landmarks in view from which chance is no more a rival
+constexpr double kChance = 0.2;     // what it takes off, with none in view
+constexpr std::size_t kTried = 24;  // matches that are held against the reference's skin
+constexpr std::size_t kSparse = 5;  // first by every fifth of its points
+constexpr double kSkinFits = 0.7;   // share of the skin about the landmarks that must fit
+constexpr double kSame = 6;         // mm
+constexpr double kMoved = 0.25;     // of the scale: how far noise and smoothing move an extremum
+constexpr double kUsed = 0.1;       // value from which an extremum moves its landmark
 constexpr std::size_t kSkinTried = 128;
 constexpr double kLooks = 0.2;        // least cosine between the skin's normal and the landmark's
 constexpr double kOffExtremum = 2.5;  // sigmas of its place: further away an extremum is another one

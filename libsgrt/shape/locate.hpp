@@ -14,7 +14,7 @@
 namespace sgrt {
 
 struct LocateOptions {
-  double min_score = 0.5;  // of the whole match
+  double min_score = 0.6;  // of the whole match
   int min_points = 4;      // that must match an extremum each
   double noise = 0;        // mm; 0: the surface's own, or measured
 };

@@ -12,13 +12,13 @@
 namespace sgrt {
 namespace {
 
-constexpr double kWanted = 0.006;            // 1/mm, sigma of H
-constexpr double kWidest = 12;               // mm
-constexpr double kStandsOut = 2.5;           // sigmas of persistence
-constexpr std::size_t kMostCandidates = 40;  // of each sign
-constexpr double kAbout = 0.75;              // of the quadric through the curvature, over the scale
-constexpr double kGradient = 1.25;           // sigma of H's gradient times the scale, over sigma of H (eq. 5)
-constexpr double kBendNoise = 3.0;           // of H's second derivative times the scale squared, likewise
+constexpr double kWanted = 0.006;                 // 1/mm, sigma of H
+constexpr double kWidest = 12;                    // mm
+constexpr double kStandsOut = 2.5;                // sigmas of persistence
+constexpr std::size_t kMostCandidates = 40;       // of each sign
+constexpr double kAbout = 0.75;                   // of the quadric through the curvature, over the scale
+constexpr double kGradient = 1.25;                // sigma of H's gradient times the scale, over sigma of H (eq. 5)
+constexpr double kBendNoise = 3.0;                // of H's second derivative times the scale squared, likewise
 constexpr double kRungs[] = {1, 1.35, 1.8, 2.4};  // of the scale
 constexpr double kCapBias = 0.05;                 // of C R^2: how far a disc of radius R moves a cap of curvedness C
 constexpr double kValleyBias = 0.2;               // the same of a valley, one side of which is steeper
@@ -141,8 +141,8 @@ struct Rung {
   double bias;  // mm, sigma of what the disc moves the peak by
 };
 
-// Along one direction of the skin: rung k sees x0 + bias_k a + noise, a of sigma 1. A wide disc averages the noise of the
-// fine ones, so that rungs share the variance of the wider one (Hausman 1978). Returns x0 and its variance.
+// Along one direction of the skin: rung k sees x0 + bias_k a + noise, a of sigma 1. A wide disc averages the noise of
+// the fine ones, so that rungs share the variance of the wider one (Hausman 1978). Returns x0 and its variance.
 std::pair<double, double> at_no_scale(const std::vector<Rung>& rungs, const Vec3& origin, const Vec3& axis) {
   const auto n = static_cast<Eigen::Index>(rungs.size());
   Eigen::VectorXd v(n), x(n);
@@ -153,7 +153,8 @@ std::pair<double, double> at_no_scale(const std::vector<Rung>& rungs, const Vec3
     x[k] = axis.dot(r.peak.x - origin);
     D.row(k) << 1, r.bias;
   }
-  // The gradient's noise falls as R^-4, the bend of H by R^-2 at most; a fine peak that noise made looks better than that.
+  // The gradient's noise falls as R^-4, the bend of H by R^-2 at most; a fine peak that noise made looks better than
+  // that.
   for (Eigen::Index k = n - 2; k >= 0; --k) {
     const double wider = rungs[static_cast<std::size_t>(k) + 1].radius / rungs[static_cast<std::size_t>(k)].radius;
     v[k] = std::max(v[k], std::pow(wider, 4) * v[k + 1]);
@@ -173,8 +174,8 @@ std::pair<double, double> at_no_scale(const std::vector<Rung>& rungs, const Vec3
 }  // namespace
 
 // Noise, which a wider disc lessens, against the disc, which draws a form of curvedness C off by about C R^2 of its
-// radius R: the rungs together tell where the extremum would be at no scale. Found from the wide ones down, so that noise
-// does not choose the place.
+// radius R: the rungs together tell where the extremum would be at no scale. Found from the wide ones down, so that
+// noise does not choose the place.
 Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, int sign) {
   const Eigen::Matrix<double, 2, 3> plane = tangent_plane(normal);
   const auto hit = scene.nearest.nearest(x, scene.scale);
@@ -198,7 +199,8 @@ Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec
   rungs.erase(std::remove_if(rungs.begin(), rungs.end(),
                              [&](const Rung& r) {
                                const double far2 = (plane * (r.peak.x - found.x)).squaredNorm();
-                               return far2 > slack + std::pow(kAgree * r.bias, 2) + std::pow(kAgree, 2) * r.peak.covariance.trace();
+                               return far2 > slack + std::pow(kAgree * r.bias, 2) +
+                                                 std::pow(kAgree, 2) * r.peak.covariance.trace();
                              }),
               rungs.end());
   std::reverse(rungs.begin(), rungs.end());
