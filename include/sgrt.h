@@ -1406,8 +1406,9 @@ SGRT_API sgrt_status sgrt_landmarks_summary(const sgrt_landmarks *result, sgrt_l
 
 enum {
   SGRT_LANDMARKS_POSITIONS = 1,  /* f64, N x 3, mm; NaN where not in view */
-  SGRT_LANDMARKS_COVARIANCE = 2, /* f64, N x 3 x 3, mm2 */
-  SGRT_LANDMARKS_SCORES = 3      /* f64, N, 0 to 1: how well what is there fits the model; near 0 it lies where the others let expect it */
+  SGRT_LANDMARKS_COVARIANCE = 2, /* f64, N x 3 x 3, mm2, of the anatomical place */
+  SGRT_LANDMARKS_SCORES = 3,      /* f64, N, 0 to 1: how well what is there fits the model; near 0 it lies where the others let expect it */
+  SGRT_LANDMARKS_REPEAT_COVARIANCE = 4 /* as COVARIANCE, against the model's own place: what a registration wants */
 };
 SGRT_API sgrt_status sgrt_landmarks_array(const sgrt_landmarks *result, int32_t field, sgrt_view *view);
 enum { SGRT_LANDMARKS_NAME = 1, /* of point `index` */ SGRT_LANDMARKS_MESSAGE = 2 /* why not found; "" where it is */ };

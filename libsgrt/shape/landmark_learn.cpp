@@ -83,7 +83,6 @@ LandmarkModel learn_model(const Run& run, const Surface& reference, const Landma
       add_point(run, scene, o, p.name, sharper ? peak.x : l.position, sharper ? peak.covariance : l.covariance, model);
     }
   } else {
-    widen(run, scene);
     for (const Candidate& c : scene.candidates) {
       if (static_cast<int>(model.points.size()) == o.count) break;
       if (curvedness(c.k1, c.k2) < kLeastCurved || c.persistence < 4 * c.sigma) continue;

@@ -16,7 +16,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAmbiguous = 0.9;  // a runner-up so near the best
 constexpr double kShown = 0.75;     // share of the landmarks in view from which chance is no more a rival
 constexpr double kChance = 0.2;     // what it takes off, with none in view
-constexpr std::size_t kTried = 24;  // matches that are held against the reference's skin
+constexpr std::size_t kTried = 12;  // matches that are first held against the reference's skin
 constexpr std::size_t kSparse = 5;  // first by every fifth of its points
 constexpr double kSkinFits = 0.7;   // share of the skin about the landmarks that must fit
 constexpr double kSame = 6;         // mm
@@ -184,10 +184,13 @@ void by_constellation(const Run& run, LandmarkScene& scene, const LandmarkModel&
 void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                 const std::vector<Match>& matches, LocatedLandmarks& out) {
   std::vector<PatchFit> fits;
-  fits.reserve(kTried);
-  for (std::size_t i = 0; i < std::min(matches.size(), kTried); ++i)
-    fits.push_back(fit_patches(run, scene, model, matches[i].pose, kSparse));
+  fits.reserve(2 * kTried);
   const auto less = [](const PatchFit& a, const PatchFit& b) { return a.evidence < b.evidence; };
+  for (std::size_t i = 0; i < std::min(matches.size(), 2 * kTried); ++i) {
+    // The worse half only where none of the better fits.
+    if (i == kTried && std::max_element(fits.begin(), fits.end(), less)->share >= kSkinFits) break;
+    fits.push_back(fit_patches(run, scene, model, matches[i].pose, kSparse));
+  }
   const auto top = std::max_element(fits.begin(), fits.end(), less);
   const std::size_t chosen = static_cast<std::size_t>(top - fits.begin());
   PatchFit best;

@@ -10,6 +10,8 @@ namespace sgrt {
 namespace {
 
 constexpr int kRounds = 12;
+constexpr double kAtRest = 1e-4;      // mm (and 1e-6 rad): a step that ends the fit
+constexpr double kRoughly = 0.02;     // the same by few points
 constexpr double kFarthest = 8;       // mm of a patch point from the skin
 constexpr double kBeyond = 0.6;       // of a disc's radius
 constexpr double kTukey = 4;          // sigmas
@@ -139,6 +141,7 @@ PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkM
   PatchFit out{live_from_model, 0};
   const std::vector<Sample> samples = samples_of(model, stride);
   std::vector<Contact> met;
+  const double enough = stride > 1 ? kRoughly : kAtRest;
   for (int round = 0; round <= kRounds; ++round) {
     met = contacts(run, scene, model, samples, out.live_from_model);
     if (round == kRounds) break;
@@ -150,7 +153,7 @@ PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkM
     if (step.tail<3>().norm() > 5) step *= 5 / step.tail<3>().norm();
     const Mat3 R = so3_exp(step.head<3>());
     out.live_from_model = Pose{R, pivot - R * pivot + step.tail<3>()} * out.live_from_model;
-    if (step.head<3>().norm() < 1e-6 && step.tail<3>().norm() < 1e-4) break;
+    if (step.head<3>().norm() < 0.01 * enough && step.tail<3>().norm() < enough) break;
   }
   double all = 0, good = 0;
   for (const Contact& c : met) {

@@ -24,7 +24,7 @@ constexpr double kCapBias = 0.05;                 // of C R^2: how far a disc of
 constexpr double kValleyBias = 0.2;               // the same of a valley, one side of which is steeper
 constexpr double kStray = 1;                      // of the scale: a peak further from where it was seen is another
 constexpr double kUnlikeLaw = 0.3;                // of the bias: how far it is from growing as said
-constexpr double kRest = 0.4;                     // of the bias, that the scales together do not tell
+constexpr double kRest = 0.7;                     // of the bias, that the scales together do not tell
 constexpr double kAgree = 2.5;                    // sigmas between two scales of one extremum
 constexpr double kMostBias = 0.2;                 // of R: the most of that
 
