@@ -1376,7 +1376,7 @@ typedef struct sgrt_landmarks sgrt_landmarks;
 typedef struct sgrt_landmarks_options {
   uint32_t struct_size;
   int32_t min_points; /* landmarks that must match a place that stands out; 3 to 64, default 4 */
-  double min_score;   /* 0 to 1, of the whole match; default 0.5 */
+  double min_score;   /* 0 to 1, of the whole match; default 0.6 */
   double noise_mm;    /* one sigma along the normal; 0, the default: the surface's own, or measured */
 } sgrt_landmarks_options;
 SGRT_API sgrt_status sgrt_landmarks_options_init(sgrt_landmarks_options *options, size_t size);
@@ -1413,8 +1413,9 @@ SGRT_API sgrt_status sgrt_landmarks_summary(const sgrt_landmarks *result, sgrt_l
 
 enum {
   SGRT_LANDMARKS_POSITIONS = 1,  /* f64, N x 3, mm; NaN where not in view */
-  SGRT_LANDMARKS_COVARIANCE = 2, /* f64, N x 3 x 3, mm2 */
-  SGRT_LANDMARKS_SCORES = 3      /* f64, N, 0 to 1: how well what is there fits the model; near 0 it lies where the others let expect it */
+  SGRT_LANDMARKS_COVARIANCE = 2, /* f64, N x 3 x 3, mm2, of the anatomical place */
+  SGRT_LANDMARKS_SCORES = 3,      /* f64, N, 0 to 1: how well what is there fits the model; near 0 it lies where the others let expect it */
+  SGRT_LANDMARKS_REPEAT_COVARIANCE = 4 /* as COVARIANCE, against the model's own place: what a registration wants */
 };
 SGRT_API sgrt_status sgrt_landmarks_array(const sgrt_landmarks *result, int32_t field, sgrt_view *view);
 enum { SGRT_LANDMARKS_NAME = 1, /* of point `index` */ SGRT_LANDMARKS_MESSAGE = 2 /* why not found; "" where it is */ };

@@ -121,7 +121,7 @@ struct sgrt_landmark_model {
 
 struct sgrt_landmarks {
   sgrt::LocatedLandmarks landmarks;
-  std::vector<double> positions, covariance, scores;
+  std::vector<double> positions, covariance, repeat_covariance, scores;
 };
 
 struct sgrt_volume {

@@ -71,10 +71,13 @@ std::unique_ptr<sgrt_landmarks> result_handle(LocatedLandmarks landmarks) {
   const std::size_t n = landmarks.points.size();
   handle->positions.reserve(3 * n);
   handle->covariance.reserve(9 * n);
+  handle->repeat_covariance.reserve(9 * n);
   handle->scores.reserve(n);
   for (const Landmark& l : landmarks.points) {
     handle->positions.insert(handle->positions.end(), l.position.data(), l.position.data() + 3);
     handle->covariance.insert(handle->covariance.end(), l.covariance.data(), l.covariance.data() + 9);
+    const double* repeat = l.repeat_covariance.data();
+    handle->repeat_covariance.insert(handle->repeat_covariance.end(), repeat, repeat + 9);
     handle->scores.push_back(l.score);
   }
   handle->landmarks = std::move(landmarks);
@@ -225,11 +228,14 @@ sgrt_status sgrt_landmarks_array(const sgrt_landmarks* result, int32_t field, sg
       case SGRT_LANDMARKS_COVARIANCE:
         *view = lend(result->covariance.data(), SGRT_F64, {n, 3, 3});
         break;
+      case SGRT_LANDMARKS_REPEAT_COVARIANCE:
+        *view = lend(result->repeat_covariance.data(), SGRT_F64, {n, 3, 3});
+        break;
       case SGRT_LANDMARKS_SCORES:
         *view = lend(result->scores.data(), SGRT_F64, {n});
         break;
       default:
-        refuse("field", std::to_string(field), "SGRT_LANDMARKS_POSITIONS (1) to SGRT_LANDMARKS_SCORES (3)");
+        refuse("field", std::to_string(field), "SGRT_LANDMARKS_POSITIONS (1) to SGRT_LANDMARKS_REPEAT_COVARIANCE (4)");
     }
   });
 }

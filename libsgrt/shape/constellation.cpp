@@ -23,6 +23,7 @@ constexpr double kPeakSlack = 0.25;  // of the scale: how far noise may move an 
 constexpr std::size_t kKeep = 24;    // hypotheses that are refined
 constexpr double kDifferent = 15;    // mm rms between two different answers
 constexpr double kLeastCosine = 0.4;
+constexpr double kSkinAlone = 0.7;  // value of skin that is bent as it should be, without an extremum
 constexpr double kPower = 0.75;
 constexpr double kTilt = 0.4;  // sigma of one less the cosine between the skin's normal and the model's
 
@@ -158,6 +159,7 @@ class Search {
         const double value = stands_out_[c] * std::exp(-0.5 * d2 / s2 - 0.25 * like * like - 0.25 * shape * shape);
         if (value > m.value[i]) m.value[i] = value, m.candidate[i] = static_cast<int>(c);
       }
+      double skin = 0;  // what the skin at the place is worth without an extremum
       if (seen) {
         const auto hit = scene_.nearest.nearest(x, std::max(6.0, 2 * tolerance(i)));
         if (hit.index < 0 || scene_.field().reason[static_cast<std::size_t>(hit.index)] != 0) {
@@ -169,13 +171,15 @@ class Search {
         // Skin that passes the place by, or looks elsewhere, speaks against the match too.
         const double off = normal.dot(scene_.surface->point(hit.index) - x) / tolerance(i);
         const double tilt = (1 - normal.dot(scene_.field().normals.row(hit.index))) / kTilt;
-        m.value[i] *= std::exp(-0.25 * off * off - 0.25 * tilt * tilt);
+        const double lies = std::exp(-0.25 * off * off - 0.25 * tilt * tilt);
+        m.value[i] *= lies;
+        skin = kSkinAlone * lies * likeness(i, static_cast<std::size_t>(hit.index));
       }
       ++m.seen;
       m.matched += m.value[i] > kMatched;
       // Weakly bent points tell little, whether they match or not.
       const double weight = std::min(1.0, curved_[i] / 0.06);
-      sum += weight * m.value[i];
+      sum += weight * std::max(m.value[i], skin);
       all += weight;
     }
     // Bodies of an extreme size are rare: the range is two sigmas.
@@ -209,6 +213,15 @@ class Search {
     if (live < d * (1 - model_.size_range) - slack || live > d * (1 + model_.size_range) + slack) return false;
     const double cosine = model_.points[i].normal.dot(model_.points[j].normal);
     return std::abs(scene_.candidates[a].n.dot(scene_.candidates[b].n) - cosine) < 0.6;
+  }
+  // Of the skin at a point of the surface to the model's at landmark i.
+  double likeness(std::size_t i, std::size_t row) const {
+    const auto r = static_cast<Eigen::Index>(row);
+    const double k1 = scene_.field().k1[r], k2 = scene_.field().k2[r];
+    if (!((k1 + k2) * sign_[i] > 0)) return 0;
+    const double like = std::log(curvedness(k1, k2) / curved_[i]) / kLikeness;
+    const double shape = (shape_index(k1, k2) - shape_[i]) / kShape;
+    return std::exp(-0.25 * like * like - 0.25 * shape * shape);
   }
   Pair pair(std::size_t i, std::size_t c, double weight) const {
     const LandmarkPoint& p = model_.points[i];

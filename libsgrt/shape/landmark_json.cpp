@@ -52,6 +52,13 @@ LandmarkPoint point_of(const Json& j, const std::string& path) {
   p.k1 = number(member(j, "k1_per_mm", path), path + "k1_per_mm");
   p.k2 = number(member(j, "k2_per_mm", path), path + "k2_per_mm");
   p.sigma = number(member(j, "sigma_mm", path), path + "sigma_mm");
+  if (const auto rows = j.find("place_covariance_mm2"); rows != j.end()) {
+    if (!rows->is_array() || rows->size() != 3) refuse(path + "place_covariance_mm2: expected three rows");
+    for (int k = 0; k < 3; ++k)
+      p.place_covariance.row(k) =
+          vector((*rows)[static_cast<std::size_t>(k)], path + "place_covariance_mm2[" + std::to_string(k) + "]")
+              .transpose();
+  }
   const auto patch = j.find("patch_mm");
   if (patch == j.end()) return p;
   if (!patch->is_array() || patch->size() > kMaxPatch) refuse(path + "patch_mm: expected up to 4096 points");
@@ -93,6 +100,11 @@ void check_model(const LandmarkModel& m) {
       refuse(path + "k1_per_mm: expected at least k2_per_mm, their sum not 0");
     if (!(p.sigma > 0 && p.sigma <= 100))
       refuse(path + "sigma_mm: " + text_of(p.sigma) + ", expected above 0, up to 100");
+    const Mat3& place = p.place_covariance;
+    if (!place.allFinite() || !(place.cwiseAbs().maxCoeff() <= 1e4) ||
+        !((place - place.transpose()).cwiseAbs().maxCoeff() <= 1e-9) ||
+        !(Eigen::SelfAdjointEigenSolver<Mat3>(place).eigenvalues()[0] >= -1e-9))
+      refuse(path + "place_covariance_mm2: expected a covariance of up to 1e4 mm2");
     if (!within(p.patch, kMaxCoordinate)) refuse(path + "patch_mm: expected within 1e5 mm");
   }
 }
@@ -114,6 +126,9 @@ std::string model_to_json(const LandmarkModel& m) {
     q["k1_per_mm"] = p.k1;
     q["k2_per_mm"] = p.k2;
     q["sigma_mm"] = p.sigma;
+    if (!p.place_covariance.isZero(0)) {
+      for (int k = 0; k < 3; ++k) q["place_covariance_mm2"].push_back(json_of(p.place_covariance.row(k).transpose()));
+    }
     if (p.patch.rows() > 0) {
       q["patch_mm"] = Json::array();
       for (Eigen::Index i = 0; i < p.patch.rows(); ++i) q["patch_mm"].push_back(json_of(p.patch.row(i).transpose()));

@@ -16,7 +16,8 @@ constexpr double kApart = 12;          // mm between two points
 constexpr double kLeastCurved = 0.02;  // 1/mm: flatter places are none
 constexpr double kPatchSpacing = 2;    // mm
 constexpr double kOwnSigma = 0.02;     // mm: how well a place of the reference is known to itself
-constexpr double kNear = 6;            // mm: how far the extremum of a finer scale may lie
+constexpr double kNear = 6;            // mm: how far the extremum of the best scale may lie
+constexpr double kFinest = 2.5;        // mm, of the scales
 constexpr int kLeastPoints = 4;
 
 // Smoothed points of the skin about x, about kPatchSpacing apart.
@@ -39,23 +40,8 @@ Points patch_about(const Run& run, const LandmarkScene& scene, const Vec3& x, co
   return out;
 }
 
-// Moves a named landmark to the extremum at the finest scale that the reference's noise allows: the most bent one near
-// it.
-void sharpen(const Run& run, const LandmarkScene& fine, Landmark& l, const Vec3& normal, int sign) {
-  const Candidate* best = nullptr;
-  double most = 0;
-  for (const Candidate& c : fine.candidates) {
-    const double d2 = (c.x - l.position).squaredNorm();
-    if (c.sign != sign || d2 > kNear * kNear || c.n.dot(normal) < 0.3) continue;
-    const double value = std::abs(c.mean) * std::exp(-2 * d2 / (kNear * kNear));
-    if (value > most) most = value, best = &c;
-  }
-  const Peak peak = best ? polish(run, fine, best->x, best->n, sign) : polish(run, fine, l.position, normal, sign);
-  if (peak.found && (peak.x - l.position).norm() < kNear) l.position = peak.x;
-}
-
 void add_point(const Run& run, const LandmarkScene& scene, const LearnOptions& o, const std::string& name,
-               const Vec3& x, LandmarkModel& model) {
+               const Vec3& x, const Mat3& covariance, LandmarkModel& model) {
   const auto hit = scene.nearest.nearest(x, 5);
   if (hit.index < 0 || scene.field().reason[static_cast<std::size_t>(hit.index)] != 0) return;
   LandmarkPoint p;
@@ -64,6 +50,7 @@ void add_point(const Run& run, const LandmarkScene& scene, const LearnOptions& o
   p.normal = scene.field().normals.row(hit.index).transpose();
   p.k1 = scene.field().k1[hit.index], p.k2 = scene.field().k2[hit.index];
   p.sigma = kOwnSigma;
+  p.place_covariance = covariance;
   p.patch = patch_about(run, scene, x, p.normal, o.patch, model.patch_spacing);
   if (p.patch.rows() >= 6 && std::abs(p.k1 + p.k2) > 0) model.points.push_back(std::move(p));
 }
@@ -76,7 +63,7 @@ LandmarkModel learn_model(const Run& run, const Surface& reference, const Landma
   require(o.scale >= 0 && o.scale <= 50, "scale_mm: expected 0 (chosen) or up to 50");
   require(o.patch >= 5 && o.patch <= 50, "patch_mm: expected 5 to 50");
   const Grain grain = grain_of(run, reference, kLandmarkDegree, 0);
-  const LandmarkScene scene = make_landmark_scene(run, reference, grain, o.scale > 0 ? o.scale : kScale);
+  LandmarkScene scene = make_landmark_scene(run, reference, grain, o.scale > 0 ? o.scale : kScale);
   LandmarkModel model;
   model.id = named ? named->id + " of a reference" : "reference";
   model.scale = scene.scale;
@@ -85,13 +72,15 @@ LandmarkModel learn_model(const Run& run, const Surface& reference, const Landma
   if (named) {
     LocatedLandmarks found = locate(run, reference, grain, *named, LocateOptions{});
     if (found.status != Status::kOk) fail(found.status, found.message);
-    const LandmarkScene fine = make_landmark_scene(run, reference, grain, std::max(2.6 * grain.spacing, 2.5));
+    LandmarkScene fine = make_landmark_scene(run, reference, grain, std::max(2.6 * grain.spacing, kFinest));
+    widen(run, fine);
     for (std::size_t i = 0; i < found.points.size(); ++i) {
       Landmark& l = found.points[i];
       if (!l.found) continue;
       const LandmarkPoint& p = named->points[i];
-      sharpen(run, fine, l, (found.live_from_model.R * p.normal).normalized(), sign_of(p));
-      add_point(run, scene, o, p.name, l.position, model);
+      const Peak peak = polish(run, fine, l.position, found.live_from_model.R * p.normal, sign_of(p));
+      const bool sharper = peak.found && (peak.x - l.position).norm() < kNear;
+      add_point(run, scene, o, p.name, sharper ? peak.x : l.position, sharper ? peak.covariance : l.covariance, model);
     }
   } else {
     for (const Candidate& c : scene.candidates) {
@@ -102,7 +91,8 @@ LandmarkModel learn_model(const Run& run, const Surface& reference, const Landma
       if (near) continue;
       const Peak peak = polish(run, scene, c.x, c.n, c.sign);
       const std::size_t n = model.points.size() + 1;
-      if (peak.found) add_point(run, scene, o, (n < 10 ? "p0" : "p") + std::to_string(n), peak.x, model);
+      if (peak.found)
+        add_point(run, scene, o, (n < 10 ? "p0" : "p") + std::to_string(n), peak.x, peak.covariance, model);
     }
   }
   if (static_cast<int>(model.points.size()) < kLeastPoints)

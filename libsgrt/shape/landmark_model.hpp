@@ -15,7 +15,10 @@ struct LandmarkPoint {
   Vec3 position, normal;  // model frame, mm; unit, outward
   double k1, k2;          // 1/mm, at the model's scale
   double sigma;           // mm: how far the place may differ from patient to patient; small for one's own reference
-  Points patch;           // of the reference's skin about it, mm; none in a model of all patients
+  // mm2: how well the place is known as the extremum of the reference; nil in a model of all patients, whose sigma says
+  // it
+  Mat3 place_covariance = Mat3::Zero();
+  Points patch;  // of the reference's skin about it, mm; none in a model of all patients
 };
 
 // +1: convex, a maximum of H; -1: concave.

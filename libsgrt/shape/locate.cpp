@@ -13,15 +13,17 @@ namespace sgrt {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kAmbiguous = 0.9;    // a runner-up so near the best
-constexpr double kShown = 0.75;       // share of the landmarks in view from which chance is no more a rival
-constexpr double kChance = 0.2;       // what it takes off, with none in view
-constexpr std::size_t kTried = 12;    // matches that are held against the reference's skin
-constexpr std::size_t kSparse = 5;    // first by every fifth of its points
-constexpr double kSkinFits = 0.5;     // share of the skin about the landmarks that must fit
-constexpr double kSame = 6;           // mm
-constexpr double kMoved = 0.25;       // of the scale: how far noise and smoothing move an extremum
-constexpr double kUsed = 0.1;         // value from which an extremum moves its landmark
+constexpr double kAmbiguous = 0.9;  // a runner-up so near the best
+constexpr double kShown = 0.75;     // share of the landmarks in view from which chance is no more a rival
+constexpr double kChance = 0.2;     // what it takes off, with none in view
+constexpr std::size_t kTried = 12;  // matches that are first held against the reference's skin
+constexpr std::size_t kSparse = 5;  // first by every fifth of its points
+constexpr double kSkinFits = 0.7;   // share of the skin about the landmarks that must fit
+constexpr double kSame = 6;         // mm
+constexpr double kMoved = 0.25;     // of the scale: how far noise and smoothing move an extremum
+constexpr double kUsed = 0.1;       // value from which an extremum moves its landmark
+constexpr std::size_t kSkinTried = 128;
+constexpr double kLooks = 0.2;        // least cosine between the skin's normal and the landmark's
 constexpr double kOffExtremum = 2.5;  // sigmas of its place: further away an extremum is another one
 
 std::string rounded(double x) {
@@ -72,6 +74,23 @@ bool taken(const Match& match, std::size_t i) {
   return false;
 }
 
+// The skin nearest to x that looks as the landmark does: another part of the body may lie nearer.
+Jet skin_near(JetFitter& fitter, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, double reach,
+              double radius) {
+  std::vector<Nearest::Hit> hits(kSkinTried);
+  const int n = scene.nearest.neighbours(x, static_cast<int>(hits.size()), reach, hits.data());
+  for (int k = 0; k < n; ++k) {
+    const std::int64_t i = hits[static_cast<std::size_t>(k)].index;
+    if (!oriented(*scene.surface, i) || !(scene.surface->normal(i).dot(normal) > kLooks)) continue;
+    const Jet skin = fitter.fit(scene.surface->point(i), scene.surface->normal(i), radius);
+    // At an edge the fit may lie anywhere.
+    if (skin.found() && (skin.foot - scene.surface->point(i)).norm() < 0.5 * radius) return skin;
+  }
+  Jet none;
+  none.fault = JetFault::kTooFew;
+  return none;
+}
+
 // The place of a landmark of all patients: where the others let expect it, moved to the extremum of its kind, each by
 // its covariance (eq. 5).
 Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkModel& model, const Match& match,
@@ -83,12 +102,7 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   Vec3 x = match.place(p.position);
   JetFitter fitter(run, scene.grain->pyramid, kLandmarkDegree);
   const double radius = std::max(0.6 * scene.scale, 2.6 * scene.grain->spacing);
-  const auto hit = scene.nearest.nearest(x, std::max(8.0, 2.5 * p.sigma));
-  if (hit.index < 0) return out;
-  Vec3 at = scene.surface->point(hit.index);
-  const Vec3 there = scene.surface->normal(hit.index);
-  if (!(there.dot(normal) > 0.2)) return out;
-  const Jet skin = fitter.fit(at, there, radius);
+  const Jet skin = skin_near(fitter, scene, x, normal, std::max(8.0, 2.5 * p.sigma), radius);
   if (!skin.found()) return out;
   const double thick = skin.foot_variance * noise * noise;
   const Mat3 flat = Mat3::Identity() - skin.normal * skin.normal.transpose();
@@ -113,7 +127,7 @@ Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkMode
   if (!(d.dot((a + b).inverse() * d) < kOffExtremum * kOffExtremum * 2)) return out;
   const Eigen::Matrix2d gain = a * (a + b).inverse();
   const Vec2 back = (Eigen::Matrix2d::Identity() - gain) * -d;
-  at = peak.x + plane.transpose() * back;
+  const Vec3 at = peak.x + plane.transpose() * back;
   const Jet foot = fitter.fit(at, c.n, radius);
   if (!foot.found()) return out;
   out.position = foot.foot;
@@ -135,7 +149,14 @@ void note(const std::vector<Match>& matches, std::size_t i, LocatedLandmarks& ou
   out.live_from_model = matches[i].pose;
 }
 
-void by_constellation(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
+// Share of the best score from which another pose is a rival: with little in view chance fits well, and it must be
+// further off.
+double most_of_a_rival(const LandmarkModel& model, int seen) {
+  const double shown = std::min(1.0, seen / (kShown * static_cast<double>(model.points.size())));
+  return kAmbiguous * (1 - kChance * (1 - shown));
+}
+
+void by_constellation(const Run& run, LandmarkScene& scene, const LandmarkModel& model,
                       const std::vector<Match>& matches, const LocateOptions& options, LocatedLandmarks& out) {
   if (!matches.empty()) note(matches, 0, out);
   const double least = options.min_score;
@@ -147,32 +168,41 @@ void by_constellation(const Run& run, const LandmarkScene& scene, const Landmark
     return;
   }
   out.runner_up_score = matches.size() > 1 ? matches[1].score : 0;
-  // With little in view, chance fits well: the rival must be further off.
-  const double shown = std::min(1.0, out.seen / (kShown * static_cast<double>(model.points.size())));
-  if (out.runner_up_score > kAmbiguous * (1 - kChance * (1 - shown)) * out.score) {
+  if (out.runner_up_score > most_of_a_rival(model, out.seen) * out.score) {
     not_found(out, "the landmarks fit in two ways (scores " + rounded(out.score) + " and " +
                        rounded(out.runner_up_score) + ")");
     return;
   }
-  for (std::size_t i = 0; i < model.points.size(); ++i) out.points[i] = place_of(run, scene, model, matches[0], i);
+  widen(run, scene);
+  for (std::size_t i = 0; i < model.points.size(); ++i) {
+    out.points[i] = place_of(run, scene, model, matches[0], i);
+    out.points[i].repeat_covariance = out.points[i].covariance;
+  }
 }
 
 // A patient's own skin tells the right match: where the patches lie on it.
 void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                 const std::vector<Match>& matches, LocatedLandmarks& out) {
+  std::vector<PatchFit> fits;
+  fits.reserve(2 * kTried);
+  const auto less = [](const PatchFit& a, const PatchFit& b) { return a.evidence < b.evidence; };
+  for (std::size_t i = 0; i < std::min(matches.size(), 2 * kTried); ++i) {
+    // The worse half only where none of the better fits.
+    if (i == kTried && std::max_element(fits.begin(), fits.end(), less)->share >= kSkinFits) break;
+    fits.push_back(fit_patches(run, scene, model, matches[i].pose, kSparse));
+  }
+  const auto top = std::max_element(fits.begin(), fits.end(), less);
+  const std::size_t chosen = static_cast<std::size_t>(top - fits.begin());
   PatchFit best;
+  if (top != fits.end()) best = *top;
+  const double rival = matches.empty() ? 0 : most_of_a_rival(model, matches[chosen].seen);
   double second = 0;  // evidence of the best at another pose
-  std::size_t chosen = 0;
-  for (std::size_t i = 0; i < std::min(matches.size(), kTried); ++i) {
-    const PatchFit fit = fit_patches(run, scene, model, matches[i].pose, kSparse);
+  for (PatchFit& fit : fits) {
+    if (alike(model, fit.live_from_model, best.live_from_model)) continue;
+    // What may have stopped on its way to the same pose goes on, by all points.
+    if (fit.evidence > rival * best.evidence) fit = fit_patches(run, scene, model, fit.live_from_model, 1);
     // A match that slid onto the same pose is no rival.
-    const bool same = best.evidence > 0 && alike(model, fit.live_from_model, best.live_from_model);
-    if (fit.evidence > best.evidence) {
-      if (!same) second = std::max(second, best.evidence);
-      best = fit, chosen = i;
-    } else if (!same) {
-      second = std::max(second, fit.evidence);
-    }
+    if (!alike(model, fit.live_from_model, best.live_from_model)) second = std::max(second, fit.evidence);
   }
   if (!matches.empty()) note(matches, chosen, out);
   out.score = best.share;
@@ -183,7 +213,7 @@ void by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel&
                        " of the skin about the landmarks fits (at least " + rounded(kSkinFits) + " is needed)");
     return;
   }
-  if (second > kAmbiguous * best.evidence) {
+  if (second > rival * best.evidence) {
     not_found(out, "the skin about the landmarks fits in two ways (scores " + rounded(out.score) + " and " +
                        rounded(out.runner_up_score) + ")");
     return;
@@ -209,7 +239,7 @@ LocatedLandmarks locate(const Run& run, const Surface& live, const Grain& grain,
   out.names.reserve(model.points.size());
   for (const LandmarkPoint& p : model.points) out.names.push_back(p.name);
   out.points.resize(model.points.size());
-  const LandmarkScene scene = make_landmark_scene(run, live, grain, model.scale);
+  LandmarkScene scene = make_landmark_scene(run, live, grain, model.scale);
   out.scale = scene.scale;
   out.noise = grain.noise;
   out.candidates = static_cast<int>(scene.candidates.size());

@@ -14,7 +14,7 @@
 namespace sgrt {
 
 struct LocateOptions {
-  double min_score = 0.5;  // of the whole match
+  double min_score = 0.6;  // of the whole match
   int min_points = 4;      // that must match an extremum each
   double noise = 0;        // mm; 0: the surface's own, or measured
 };
@@ -23,6 +23,8 @@ struct Landmark {
   bool found = false;                                                          // the skin is there; NaN otherwise
   Vec3 position = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());    // mm
   Mat3 covariance = Mat3::Constant(std::numeric_limits<double>::quiet_NaN());  // mm2
+  // Against the model's own place: without the error of that place as an extremum of the body.
+  Mat3 repeat_covariance = Mat3::Constant(std::numeric_limits<double>::quiet_NaN());
   double score = 0;  // 0 to 1: how well an extremum of its kind fits
 };
 

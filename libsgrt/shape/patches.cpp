@@ -10,13 +10,16 @@ namespace sgrt {
 namespace {
 
 constexpr int kRounds = 12;
+constexpr double kAtRest = 1e-4;      // mm (and 1e-6 rad): a step that ends the fit
+constexpr double kRoughly = 0.02;     // the same by few points
 constexpr double kFarthest = 8;       // mm of a patch point from the skin
 constexpr double kBeyond = 0.6;       // of a disc's radius
 constexpr double kTukey = 4;          // sigmas
 constexpr double kMovesApart = 0.02;  // mm, sigma of a landmark's own motion against the others
 constexpr double kFits = 0.3;         // mm that shape may have changed
 constexpr double kLeastMet = 0.25;    // of the patch points that must lie on skin
-constexpr double kLeastShare = 0.4;   // of a patch that must meet the skin
+constexpr double kLeastShare = 0.4;   // of a patch that must meet the skin, unless the place itself does
+constexpr double kAtPlace = 2.5;      // sigmas of a live point from a place that it is of
 
 struct Contact {
   bool met = false;
@@ -125,6 +128,12 @@ System system_of(const std::vector<Contact>& contacts, const Vec3& pivot) {
   return s;
 }
 
+// The live surface has the place x itself, whatever it lacks about it.
+bool skin_at(const LandmarkScene& scene, const Vec3& x, const Vec3& normal) {
+  const auto hit = scene.nearest.nearest(x, std::hypot(scene.grain->spacing, kAtPlace * scene.grain->noise));
+  return hit.index >= 0 && oriented(*scene.surface, hit.index) && normal.dot(scene.surface->normal(hit.index)) > 0;
+}
+
 }  // namespace
 
 PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
@@ -132,6 +141,7 @@ PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkM
   PatchFit out{live_from_model, 0};
   const std::vector<Sample> samples = samples_of(model, stride);
   std::vector<Contact> met;
+  const double enough = stride > 1 ? kRoughly : kAtRest;
   for (int round = 0; round <= kRounds; ++round) {
     met = contacts(run, scene, model, samples, out.live_from_model);
     if (round == kRounds) break;
@@ -143,7 +153,7 @@ PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkM
     if (step.tail<3>().norm() > 5) step *= 5 / step.tail<3>().norm();
     const Mat3 R = so3_exp(step.head<3>());
     out.live_from_model = Pose{R, pivot - R * pivot + step.tail<3>()} * out.live_from_model;
-    if (step.head<3>().norm() < 1e-6 && step.tail<3>().norm() < 1e-4) break;
+    if (step.head<3>().norm() < 0.01 * enough && step.tail<3>().norm() < enough) break;
   }
   double all = 0, good = 0;
   for (const Contact& c : met) {
@@ -181,15 +191,17 @@ int place_by_patches(const Run& run, const LandmarkScene& scene, const LandmarkM
       b += w * met[k].r * met[k].n;
     }
     Landmark& out = points[i];
-    out.found = all > 0 && good > kLeastShare * all;
-    if (!out.found) continue;
-    ++found;
     const Vec3 x = pose * model.points[i].position;
+    const bool much = all > 0 && good > kLeastShare * all;
+    found += much;
+    out.found = much || (good > 0 && skin_at(scene, x, pose.R * model.points[i].normal));
+    if (!out.found) continue;
     out.position = x + A.ldlt().solve(b);
     Eigen::Matrix<double, 3, 6> J;
     J << -skew(x - pivot), Mat3::Identity();
     const double own = model.points[i].sigma;
-    out.covariance = Mat3(A.inverse()) + Mat3(J * covariance * J.transpose()) + own * own * Mat3::Identity();
+    out.repeat_covariance = Mat3(A.inverse()) + Mat3(J * covariance * J.transpose()) + own * own * Mat3::Identity();
+    out.covariance = out.repeat_covariance + pose.R * model.points[i].place_covariance * pose.R.transpose();
     out.score = good / all;
   }
   return found;

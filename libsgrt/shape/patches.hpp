@@ -20,8 +20,8 @@ struct PatchFit {
 PatchFit fit_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                      const Pose& live_from_model, std::size_t stride);
 
-// Position, covariance and found of each landmark whose patch meets the live skin at a pose that fits. Returns how
-// many.
+// Position, covariances and found of each landmark whose place or patch meets the live skin at a pose that fits.
+// Returns of how many the patch does.
 int place_by_patches(const Run& run, const LandmarkScene& scene, const LandmarkModel& model,
                      const Pose& live_from_model, std::vector<Landmark>& points);
 

@@ -4,22 +4,37 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
+#include <utility>
 
 #include "core/error.hpp"
 
 namespace sgrt {
 namespace {
 
-constexpr double kWanted = 0.006;            // 1/mm, sigma of H
-constexpr double kWidest = 12;               // mm
-constexpr double kStandsOut = 2.5;           // sigmas of persistence
-constexpr std::size_t kMostCandidates = 40;  // of each sign
-constexpr double kAbout = 0.75;              // of the quadric through the curvature, over the scale
-constexpr double kGradient = 1.25;           // sigma of H's gradient times the scale, over sigma of H (eq. 5)
-constexpr double kBendNoise = 3.0;           // of H's second derivative times the scale squared, likewise
-constexpr double kRungs[] = {1, 1.35, 1.8};  // of the scale
-constexpr double kScaleBias = 0.15;          // of the scale: a form narrower than the disc does not show by steps
-constexpr double kAgree = 2;                 // chi^2 of two degrees: the expected value
+constexpr double kWanted = 0.006;                 // 1/mm, sigma of H
+constexpr double kWidest = 12;                    // mm
+constexpr double kStandsOut = 2.5;                // sigmas of persistence
+constexpr std::size_t kMostCandidates = 40;       // of each sign
+constexpr double kAbout = 0.75;                   // of the quadric through the curvature, over the scale
+constexpr double kGradient = 1.25;                // sigma of H's gradient times the scale, over sigma of H (eq. 5)
+constexpr double kBendNoise = 3.0;                // of H's second derivative times the scale squared, likewise
+constexpr double kRungs[] = {1, 1.35, 1.8, 2.4};  // of the scale
+constexpr double kCapBias = 0.05;                 // of C R^2: how far a disc of radius R moves a cap of curvedness C
+constexpr double kValleyBias = 0.2;               // the same of a valley, one side of which is steeper
+constexpr double kStray = 1;                      // of the scale: a peak further from where it was seen is another
+constexpr double kUnlikeLaw = 0.3;                // of the bias: how far it is from growing as said
+constexpr double kRest = 0.7;                     // of the bias, that the scales together do not tell
+constexpr double kAgree = 2.5;                    // sigmas between two scales of one extremum
+constexpr double kMostBias = 0.2;                 // of R: the most of that
+
+CurvatureField field_at(const Run& run, const Surface& surface, const Grain& grain, double radius) {
+  CurvatureOptions o;
+  o.degree = kLandmarkDegree;
+  o.max_sigma = 1;
+  o.radius = radius;
+  return surface_curvature(run, surface, grain, o);
+}
 
 }  // namespace
 
@@ -29,14 +44,8 @@ LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, const 
   const double sigma = grain.noise > 0 ? grain.noise * std::sqrt(surface.correlation_points) : 0;
   s.scale =
       std::max({scale, 2.6 * grain.spacing, std::min(kWidest, std::cbrt(3.91 * sigma * grain.spacing / kWanted))});
-  CurvatureOptions o;
-  o.degree = kLandmarkDegree;
-  o.max_sigma = 1;
   s.rungs.reserve(std::size(kRungs));
-  for (const double rung : kRungs) {
-    o.radius = rung * s.scale;
-    s.rungs.push_back(surface_curvature(run, surface, grain, o));
-  }
+  s.rungs.push_back(field_at(run, surface, grain, s.scale));
   const CurvatureField& f = s.field();
   std::size_t count[2] = {0, 0};
   for (const Extremum& e : extrema(f, beside_in_sheet(run, surface, f), kStandsOut)) {
@@ -46,6 +55,11 @@ LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, const 
                             f.sigma_mean[i], e.persistence});
   }
   return s;
+}
+
+void widen(const Run& run, LandmarkScene& scene) {
+  for (std::size_t k = scene.rungs.size(); k < std::size(kRungs); ++k)
+    scene.rungs.push_back(field_at(run, *scene.surface, *scene.grain, kRungs[k] * scene.scale));
 }
 
 namespace {
@@ -121,36 +135,88 @@ Peak polish_at(const Run& run, const LandmarkScene& scene, std::size_t rung, con
   return peak;
 }
 
+struct Rung {
+  Peak peak;  // covariance: of noise alone
+  double radius;
+  double bias;  // mm, sigma of what the disc moves the peak by
+};
+
+// Along one direction of the skin: rung k sees x0 + bias_k a + noise, a of sigma 1. A wide disc averages the noise of
+// the fine ones, so that rungs share the variance of the wider one (Hausman 1978). Returns x0 and its variance.
+std::pair<double, double> at_no_scale(const std::vector<Rung>& rungs, const Vec3& origin, const Vec3& axis) {
+  const auto n = static_cast<Eigen::Index>(rungs.size());
+  Eigen::VectorXd v(n), x(n);
+  Eigen::MatrixX2d D(n, 2);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Rung& r = rungs[static_cast<std::size_t>(k)];
+    v[k] = axis.dot(r.peak.covariance * axis) + 1e-8;
+    x[k] = axis.dot(r.peak.x - origin);
+    D.row(k) << 1, r.bias;
+  }
+  // The gradient's noise falls as R^-4, the bend of H by R^-2 at most; a fine peak that noise made looks better than
+  // that.
+  for (Eigen::Index k = n - 2; k >= 0; --k) {
+    const double wider = rungs[static_cast<std::size_t>(k) + 1].radius / rungs[static_cast<std::size_t>(k)].radius;
+    v[k] = std::max(v[k], std::pow(wider, 4) * v[k + 1]);
+  }
+  Eigen::MatrixXd S(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index k = 0; k < n; ++k) S(j, k) = v[std::max(j, k)];
+    S(j, j) += std::pow(kUnlikeLaw * D(j, 1), 2);
+  }
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(S);
+  Eigen::Matrix2d information = D.transpose() * ldlt.solve(D);
+  information(1, 1) += 1;
+  const Eigen::Matrix2d covariance = information.inverse();
+  return {(covariance * (D.transpose() * ldlt.solve(x)))[0], covariance(0, 0)};
+}
+
 }  // namespace
 
-// Lepski: the widest rung that lies within the noise of all finer ones. Bias grows as the square of the scale, so the
-// step to the rung beside tells it.
+// Noise, which a wider disc lessens, against the disc, which draws a form of curvedness C off by about C R^2 of its
+// radius R: the rungs together tell where the extremum would be at no scale. Found from the wide ones down, so that
+// noise does not choose the place.
 Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, int sign) {
-  Peak rungs[std::size(kRungs)];
-  rungs[0] = polish_at(run, scene, 0, x, normal, sign);
-  if (!rungs[0].found) return rungs[0];
   const Eigen::Matrix<double, 2, 3> plane = tangent_plane(normal);
-  std::size_t best = 0, last = 0;
-  for (std::size_t k = 1; k < std::size(kRungs) && last == best; ++k) {
-    rungs[k] = polish_at(run, scene, k, rungs[best].x, normal, sign);
-    if (!rungs[k].found) break;
-    last = k;
-    bool agrees = true;
-    for (std::size_t j = 0; j < k; ++j) {
-      const Vec2 d = plane * (rungs[k].x - rungs[j].x);
-      const Eigen::Matrix2d c = plane * rungs[j].covariance * plane.transpose();
-      agrees = agrees && d.dot(c.ldlt().solve(d)) < kAgree;
-    }
-    if (agrees) best = k;
+  const auto hit = scene.nearest.nearest(x, scene.scale);
+  const double C = hit.index < 0 ? 0 : curvedness(scene.field().k1[hit.index], scene.field().k2[hit.index]);
+  const double form = sign > 0 ? kCapBias : kValleyBias;
+  std::vector<Rung> rungs;
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = scene.rungs.size(); k-- > 0;) {
+    const double R = kRungs[k] * scene.scale;
+    const Peak peak = polish_at(run, scene, k, rungs.empty() ? x : rungs[best].peak.x, normal, sign);
+    if (!peak.found || (peak.x - x).norm() > kStray * scene.scale) continue;
+    rungs.push_back({peak, R, std::min(form * (C > 0 ? C : 1) * R * R, kMostBias * R)});
+    const double error = (plane * peak.covariance * plane.transpose()).trace() + std::pow(rungs.back().bias, 2);
+    if (error < least) least = error, best = rungs.size() - 1;
   }
-  Peak out = rungs[best];
-  double bias2 = std::pow(kScaleBias * kRungs[best] * scene.scale, 2);
-  const std::size_t a = last == best && best > 0 ? best - 1 : best, b = last == best ? best : last;
-  if (a < b) {
-    const double growth = kRungs[best] * kRungs[best] / (kRungs[b] * kRungs[b] - kRungs[a] * kRungs[a]);
-    bias2 += 0.5 * (growth * plane * (rungs[b].x - rungs[a].x)).squaredNorm();
+  if (rungs.empty()) return {};
+  const Peak found = rungs[best].peak;
+  const double radius = rungs[best].radius;
+  const double slack = std::pow(kAgree, 2) * least;
+  rungs.erase(std::remove_if(rungs.begin(), rungs.end(),
+                             [&](const Rung& r) {
+                               const double far2 = (plane * (r.peak.x - found.x)).squaredNorm();
+                               return far2 > slack + std::pow(kAgree * r.bias, 2) +
+                                                 std::pow(kAgree, 2) * r.peak.covariance.trace();
+                             }),
+              rungs.end());
+  std::reverse(rungs.begin(), rungs.end());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(plane * found.covariance * plane.transpose());
+  const double rest = 0.5 * std::pow(kRest * kValleyBias * std::min(C * std::pow(radius, 2), radius), 2);
+  Peak out = found;
+  out.covariance = normal.dot(found.covariance * normal) * normal * normal.transpose();
+  for (int k = 0; k < 2; ++k) {
+    const Vec3 axis = plane.transpose() * eigen.eigenvectors().col(k);
+    const auto [step, variance] = at_no_scale(rungs, found.x, axis);
+    out.x += step * axis;
+    out.covariance += (variance + rest) * axis * axis.transpose();
   }
-  out.covariance += bias2 * plane.transpose() * plane;
+  const Jet skin = JetFitter(run, scene.grain->pyramid, kLandmarkDegree)
+                       .fit(out.x, normal, std::max(0.6 * scene.scale, 2.5 * scene.grain->spacing));
+  if (skin.found()) out.x = skin.foot;
   return out;
 }
 

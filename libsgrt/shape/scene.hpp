@@ -21,7 +21,7 @@ struct LandmarkScene {
   const Surface* surface;
   const Grain* grain;
   double scale;  // mm
-  // At the scale and at wider ones: an extremum takes the widest that agrees with the finer ones.
+  // At the scale and, once `widen` is asked for, at wider ones: an extremum takes the one of the least predicted error.
   std::vector<CurvatureField> rungs;
   Nearest nearest;  // of all points
   std::vector<Candidate> candidates;
@@ -33,6 +33,8 @@ struct LandmarkScene {
 // (of degree kLandmarkDegree) must outlive the scene.
 constexpr int kLandmarkDegree = 2;
 LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, const Grain& grain, double scale);
+// The wider scales, which `polish` wants.
+void widen(const Run& run, LandmarkScene& scene);
 
 // The extremum of sign * H near x, by a quadric through the curvature about it, at the scale of the least predicted
 // error; covariance of noise and of the bias of that scale. found: false where there is no extremum within reach.

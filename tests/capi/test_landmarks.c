@@ -39,7 +39,7 @@ static void test_learns_and_finds(void) {
   sgrt_landmark_learn_options learning;
   sgrt_landmarks* result = NULL;
   sgrt_landmarks_info info;
-  sgrt_view from, to, view;
+  sgrt_view from, to, whole, repeat, view;
   const char* json;
   int i;
   CHECK_OK(sgrt_surface_move(NULL, reference, kPose, &live));
@@ -55,10 +55,14 @@ static void test_learns_and_finds(void) {
   CHECK(info.status == SGRT_OK && info.found_count >= 4 && info.score > 0.8);
   CHECK_NEAR(info.live_from_model[1], -1, 1e-3);
   CHECK_OK(sgrt_landmark_model_array(model, SGRT_LANDMARK_MODEL_POSITIONS, &from));
+  CHECK_OK(sgrt_landmarks_array(result, SGRT_LANDMARKS_COVARIANCE, &whole));
+  CHECK_OK(sgrt_landmarks_array(result, SGRT_LANDMARKS_REPEAT_COVARIANCE, &repeat));
   CHECK_OK(sgrt_landmarks_array(result, SGRT_LANDMARKS_POSITIONS, &to));
   for (i = 0; i < info.point_count; ++i) {
     const double *p = (const double*)from.data + 3 * i, *q = (const double*)to.data + 3 * i;
     if (q[0] != q[0]) continue;
+    CHECK(((const double*)repeat.data)[9 * i] > 0);
+    CHECK(((const double*)whole.data)[9 * i] > ((const double*)repeat.data)[9 * i]);
     CHECK_NEAR(q[0], -p[1] + 10, 0.1);
     CHECK_NEAR(q[1], p[0] - 20, 0.1);
     CHECK_NEAR(q[2], p[2] + 30, 0.1);

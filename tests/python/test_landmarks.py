@@ -73,6 +73,38 @@ def test_own_model_in_any_pose(skin, own, axis, degrees):
     assert z.mean() < 12
 
 
+def test_places_of_a_noisy_reference_are_extrema(body, skin):
+    """The model's places lie at the exact extrema of curvature within the covariance that it says."""
+    rng = np.random.default_rng(11)
+    points, normals = skin
+    reference = sgrt.Surface(points + 0.1 * rng.normal(size=(len(points), 1)) * normals, normals=normals)
+    model = sgrt.LandmarkModel.learn(reference, sgrt.LandmarkModel.head())
+    found = sgrt.landmarks_find(view(skin, np.eye(3), 0.4, 4), model)
+    assert set(model.names) == set(NAMES)
+    truth = body.landmarks()
+    off = found.positions_mm - [truth[name] for name in found.names]
+    assert np.sqrt((off**2).sum(1))[found.names.index("nose_apex")] < 0.8
+    bent = [i for i, name in enumerate(found.names) if name not in ("nasion", "chin")]  # those hardly are, along
+    assert np.sqrt((off[bent] ** 2).sum(1)).mean() < 1.1
+    z = [d @ np.linalg.solve(c, d) for d, c in zip(off, found.covariance_mm2, strict=True)]
+    assert 0.3 < np.mean(z) < 6
+    # To itself it is known better by far.
+    ratio = np.trace(found.repeat_covariance_mm2, axis1=1, axis2=2) / np.trace(found.covariance_mm2, axis1=1, axis2=2)
+    assert (ratio < 0.5).all()
+
+
+def test_a_place_counts_where_its_own_skin_is_seen(skin, own):
+    """Of the nose only the tip and what lies to its left: less than 40 % of the tip's patch, but the tip itself."""
+    points, normals = skin
+    apex = own.positions_mm[own.names.index("nose_apex")]
+    x, y, z = (points - apex).T
+    hidden = (x**2 + y**2 + z**2 < 225) & ((x < -1) | (y < -3))
+    live = sgrt.Surface(points[~hidden], normals=normals[~hidden])
+    found = sgrt.landmarks_find(live, own)
+    place = found.positions_mm[found.names.index("nose_apex")]
+    assert np.sqrt(((place - apex) ** 2).sum()) < 0.3
+
+
 def test_threads_do_not_matter(skin, own):
     one = sgrt.landmarks_find(view(skin, np.eye(3), 0.3), own, context=sgrt.Context(threads=1))
     two = sgrt.landmarks_find(view(skin, np.eye(3), 0.3), own, context=sgrt.Context(threads=3))
@@ -128,6 +160,12 @@ def test_refusals(skin):
     broken["points"][3]["sigma_mm"] = 0
     with pytest.raises(sgrt.FormatError, match=r"points\[3\].sigma_mm"):
         sgrt.LandmarkModel.from_json(json.dumps(broken))
+    indefinite, lopsided = [[1, 2, 0], [2, 1, 0], [0, 0, 1]], [[1, 1, 0], [0, 1, 0], [0, 0, 1]]
+    for rows in ([1, 0, 0], [[1, 0], [0, 1], [0, 0]], indefinite, lopsided):
+        odd = json.loads(sgrt.LandmarkModel.head().to_json())
+        odd["points"][1]["place_covariance_mm2"] = rows
+        with pytest.raises(sgrt.FormatError, match=r"points\[1\].place_covariance_mm2"):
+            sgrt.LandmarkModel.from_json(json.dumps(odd))
 
 
 def test_model_travels(own, tmp_path):

@@ -14,7 +14,7 @@ struct Landmarks {
   sgrt_landmarks_info info{};
   std::string message;
   std::vector<std::string> names;
-  Doubles positions_mm, covariance_mm2, scores;
+  Doubles positions_mm, covariance_mm2, repeat_covariance_mm2, scores;
 };
 
 std::string text_of(const Model& m, int32_t field, int32_t index = 0) {
@@ -78,6 +78,7 @@ Landmarks unpack(Handle handle) {
   };
   l.positions_mm = array(SGRT_LANDMARKS_POSITIONS);
   l.covariance_mm2 = array(SGRT_LANDMARKS_COVARIANCE);
+  l.repeat_covariance_mm2 = array(SGRT_LANDMARKS_REPEAT_COVARIANCE);
   l.scores = array(SGRT_LANDMARKS_SCORES);
   return l;
 }
@@ -158,7 +159,9 @@ C: sgrt_landmarks_summary, sgrt_landmarks_array, sgrt_landmarks_text)")
       .def_readonly("message", &Landmarks::message, "Why it was not found; empty where it is.")
       .def_readonly("names", &Landmarks::names, "Of the model's N points.")
       .def_readonly("positions_mm", &Landmarks::positions_mm, "N x 3, mm; NaN where not in view.")
-      .def_readonly("covariance_mm2", &Landmarks::covariance_mm2, "N x 3 x 3, mm2.")
+      .def_readonly("covariance_mm2", &Landmarks::covariance_mm2, "N x 3 x 3, mm2, of the anatomical place.")
+      .def_readonly("repeat_covariance_mm2", &Landmarks::repeat_covariance_mm2,
+                    "The same against the model's own place: what a registration wants.")
       .def_readonly("scores", &Landmarks::scores,
                     "N, 0 to 1: how well what is there fits; near 0 the point lies where the others let expect it.")
       .def_property_readonly(

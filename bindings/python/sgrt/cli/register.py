@@ -62,12 +62,11 @@ def _by_distinctive(
     model = LandmarkModel.learn(known, context=context)
     with about(live):
         found = landmarks_find(seen, model, context=context)
-    assert found.positions_mm is not None and found.covariance_mm2 is not None
     there = np.isfinite(found.positions_mm[:, 0])
     names = tuple(name for name, here in zip(found.names, there, strict=True) if here)
     return landmarks_align(
         LandmarkSet(tuple(model.names), model.positions_mm),
-        LandmarkSet(names, found.positions_mm[there], found.covariance_mm2[there]),
+        LandmarkSet(names, found.positions_mm[there], found.repeat_covariance_mm2[there]),
         isocentre_mm=isocentre_mm,
         context=context,
     )
