@@ -4,6 +4,8 @@
 
 build_packages=(g++ cmake ninja-build ccache pkg-config libeigen3-dev libflann-dev liblz4-dev libceres-dev
   nlohmann-json3-dev libgtest-dev)
+# shellcheck disable=SC2034 # scripts/test uses it
+sanitizer_packages=(clang-15 libclang-rt-15-dev)
 python_packages=(python3-venv python3-dev)
 # shellcheck disable=SC2034 # scripts/test uses it
 lint_packages=(clang-format shellcheck)
