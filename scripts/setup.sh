@@ -7,8 +7,8 @@ build_packages=(g++ cmake ninja-build ccache pkg-config libeigen3-dev libflann-d
 python_packages=(python3-venv python3-dev)
 # shellcheck disable=SC2034 # scripts/test uses it
 lint_packages=(clang-format shellcheck)
-# shellcheck disable=SC2034 # scripts/verify uses it
-fuzz_packages=(clang-15)
+# shellcheck disable=SC2034 # scripts/test and scripts/verify use it: sanitizers, fuzzing
+clang_packages=(clang-15 libclang-rt-15-dev)
 venv=$PWD/.venv
 
 # need_packages PACKAGE...: by apt, with sudo where not root.

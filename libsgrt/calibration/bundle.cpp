@@ -180,7 +180,8 @@ Step step_of(const Normal& n, double lambda) {
     s.noalias() -= X.transpose() * n.b[b];
   }
   const Eigen::VectorXd d = S.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  step.cameras = d.cwiseProduct((d.asDiagonal() * S * d.asDiagonal()).ldlt().solve(d.cwiseProduct(s)));
+  step.cameras = d.cwiseProduct(
+      Eigen::MatrixXd(d.asDiagonal() * S * d.asDiagonal()).ldlt().solve(Eigen::VectorXd(d.cwiseProduct(s))));
   step.ok = step.cameras.allFinite();
   for (std::size_t b = 0; b < n.B.size(); ++b) {
     Vec6 right = n.b[b];
@@ -316,7 +317,7 @@ Eigen::MatrixXd information_of(const Bundle& bundle, const Scene& scene, bool wi
 Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& information) {
   const Eigen::Index n = information.rows();
   const Eigen::VectorXd d = information.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> factor(d.asDiagonal() * information * d.asDiagonal());
+  const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(d.asDiagonal() * information * d.asDiagonal()));
   if (!d.allFinite() || factor.info() != Eigen::Success) return Eigen::MatrixXd::Constant(n, n, kNaN);
   const Eigen::MatrixXd inverse = d.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * d.asDiagonal();
   return (inverse + inverse.transpose()) / 2;

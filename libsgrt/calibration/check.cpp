@@ -83,7 +83,8 @@ double expected_square(const Rig& rig, const Bundle& bundle, const Scene& scene)
       }
     }
     if (!J.allFinite() || !M.allFinite()) return kNaN;
-    const Eigen::MatrixXd left = M - J * (J.transpose() * J).ldlt().solve(J.transpose() * M);
+    const Eigen::MatrixXd left =
+        M - J * Eigen::MatrixXd(J.transpose() * J).ldlt().solve(Eigen::MatrixXd(J.transpose() * M));
     sum += left.squaredNorm() + noise2 * static_cast<double>(rows - 6);
   }
   return sum;

@@ -121,7 +121,7 @@ Field field_of(const CalibrationResult& r, int c, const std::vector<double>& dis
   // Columns of rad and mm: scaled alike before the normal equations.
   const Eigen::VectorXd d = held.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   const Eigen::MatrixXd H = held * d.asDiagonal();
-  field.fit = d.asDiagonal() * (H.transpose() * H).ldlt().solve(H.transpose());
+  field.fit = d.asDiagonal() * Eigen::MatrixXd(H.transpose() * H).ldlt().solve(Eigen::MatrixXd(H.transpose()));
   return field;
 }
 

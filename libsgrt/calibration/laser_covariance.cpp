@@ -14,8 +14,9 @@ namespace {
 Eigen::MatrixXd unit_information(const LaserNormal& q, Eigen::Index free) {
   const Eigen::Index rest = q.H.rows() - free;
   return q.H.topLeftCorner(free, free) -
-         q.H.topRightCorner(free, rest) *
-             q.H.bottomRightCorner(rest, rest).ldlt().solve(q.H.bottomLeftCorner(rest, free));
+         q.H.topRightCorner(free, rest) * Eigen::MatrixXd(q.H.bottomRightCorner(rest, rest))
+                                              .ldlt()
+                                              .solve(Eigen::MatrixXd(q.H.bottomLeftCorner(rest, free)));
 }
 
 // Directions that the prior alone holds, in words.
@@ -76,7 +77,7 @@ double place_scale(const LaserProblem& p, const LaserState& s, const LaserNormal
     const Eigen::Index at = free + 6 * static_cast<Eigen::Index>(v);
     const Eigen::MatrixXd H =
         own.H.topLeftCorner(free, free) -
-        whole.H.block(0, at, free, 6) * whole.H.block<6, 6>(at, at).ldlt().solve(whole.H.block(at, 0, 6, free));
+        whole.H.block(0, at, free, 6) * Mat6(whole.H.block<6, 6>(at, at)).ldlt().solve(whole.H.block(at, 0, 6, free));
     const Eigen::MatrixXd share = solver.solve(H);
     sum += own.g.head(free).dot(solver.solve(own.g.head(free)));
     expected -= (share * share).trace();

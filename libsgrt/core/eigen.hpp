@@ -35,3 +35,5 @@ using Mat32 = Eigen::Matrix<double, 3, 2>;
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 }  // namespace sgrt
+
+#include "core/eigen_once.inl"

@@ -43,7 +43,8 @@ Sample principal_axes(const Surface& s) {
   r.mean /= static_cast<double>(std::max<std::size_t>(1, r.index.size()));
   Mat3 m = Mat3::Zero();
   for (const auto i : r.index) m += (s.point(i) - r.mean) * (s.point(i) - r.mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(m / static_cast<double>(std::max<std::size_t>(1, r.index.size())));
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(
+      Mat3(m / static_cast<double>(std::max<std::size_t>(1, r.index.size()))));
   r.variance = eigen.eigenvalues();
   r.axes = eigen.eigenvectors();
   // A spread of a millionth of the length across a line is rounding.

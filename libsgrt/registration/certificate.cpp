@@ -157,7 +157,7 @@ Mat6 symmetric(const Mat6& m) {
 void fill_directions(const Mat6& covariance, std::array<Direction, 6>& out) {
   Vec6 unit;
   unit << Vec3::Constant(kTurnLever), Vec3::Ones();
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(unit.asDiagonal() * covariance * unit.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(Mat6(unit.asDiagonal() * covariance * unit.asDiagonal()));
   for (int i = 0; i < 6; ++i) {
     Vec6 motion = eigen.eigenvectors().col(5 - i);
     int largest;
@@ -174,7 +174,7 @@ void fill_directions(const Mat6& covariance, std::array<Direction, 6>& out) {
 Motions too_loose(const Mat6& covariance, double degenerate_sigma) {
   Vec6 unit;
   unit << Vec3::Constant(kTurnLever), Vec3::Ones();
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(unit.asDiagonal() * covariance * unit.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(Mat6(unit.asDiagonal() * covariance * unit.asDiagonal()));
   Motions loose(6, 0);
   for (int i = 0; i < 6; ++i) {
     if (std::sqrt(std::max(0.0, eigen.eigenvalues()[i])) <= degenerate_sigma) continue;
@@ -228,7 +228,7 @@ Certificate certify(const Run& run, const Reference& reference, const Surface& l
   fill_weights(field, work);
   const ReferencePart part = reference_part(reference, work);
   if (!determined(reference, sums, part.false_part, isocentre, c)) return c;
-  const Mat6 inverse = (sums.A - part.false_part).ldlt().solve(Mat6::Identity());
+  const Mat6 inverse = Mat6(sums.A - part.false_part).ldlt().solve(Mat6::Identity());
   const double misfit = std::max(1.0, c.chi2);
   finish(reference, live.correlation_points * misfit * inverse * score.A * inverse,
          misfit * inverse * part.score * inverse + mode_covariance(reference, live, T, inverse, work), isocentre,
@@ -263,7 +263,7 @@ Certificate predict(const Reference& reference, const Outlook& o, const Vec3& is
   Certificate c;
   c.chi2 = 1;
   if (!determined(reference, o.sums, o.false_part, isocentre, c)) return c;
-  const Mat6 inverse = (o.sums.A - o.false_part).ldlt().solve(Mat6::Identity());
+  const Mat6 inverse = Mat6(o.sums.A - o.false_part).ldlt().solve(Mat6::Identity());
   finish(reference, inverse * o.live_score * inverse, inverse * o.reference_score * inverse, isocentre,
          degenerate_sigma, c);
   return c;

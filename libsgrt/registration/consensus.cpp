@@ -22,7 +22,7 @@ Vec6 solve(const Evidence& e, const Weights& weights) {
   Vec6 g;
   Mat6 A = information(e, weights, &g);
   A.diagonal().array() += 1e-6 * A.trace() + 1e-12;  // a small region may leave a direction free: stay where we are
-  return A.ldlt().solve(-g);
+  return A.ldlt().solve(Vec6(-g));
 }
 
 // Graduated: wide at first, so that the whole region pulls, then down to what noise explains.

@@ -93,7 +93,7 @@ LandmarkFit blank(const LandmarkSet& live, const Vec3& isocentre) {
 std::pair<double, std::string> worst_of(const Mat6& information, const Vec3& isocentre) {
   Vec6 unit;
   unit << Vec3::Constant(1 / kTurnLever), Vec3::Ones();
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(unit.asDiagonal() * information * unit.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(Mat6(unit.asDiagonal() * information * unit.asDiagonal()));
   const double least = eigen.eigenvalues()[0];
   const Vec6 motion = unit.asDiagonal() * eigen.eigenvectors().col(0);
   return {least > 0 ? 1 / std::sqrt(least) : std::numeric_limits<double>::infinity(), words_of(motion, isocentre)};

@@ -110,7 +110,7 @@ Sums do_pass(const Run& run, const SurfelField& field, const LivePoints& live, c
 Vec6 step_of(const Sums& sums, double lever) {
   Vec6 unit;
   unit << Vec3::Constant(1 / lever), Vec3::Ones();
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(unit.asDiagonal() * sums.A * unit.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(Mat6(unit.asDiagonal() * sums.A * unit.asDiagonal()));
   const Vec6 g = unit.cwiseProduct(sums.g);
   Vec6 step = Vec6::Zero();
   for (int i = 0; i < 6; ++i) {

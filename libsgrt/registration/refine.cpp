@@ -27,7 +27,7 @@ struct Cost {
 
 bool square_root(const Mat6& A, const Vec6& g, double cost, SquareRoot& root) {
   const Vec6 unit = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Mat6> llt(unit.asDiagonal() * A * unit.asDiagonal());
+  const Eigen::LLT<Mat6> llt(Mat6(unit.asDiagonal() * A * unit.asDiagonal()));
   if (llt.info() != Eigen::Success) return false;
   const Mat6 L = unit.cwiseInverse().asDiagonal() * Mat6(llt.matrixL());
   root.f.head<6>() = L.triangularView<Eigen::Lower>().solve(g);

@@ -65,7 +65,7 @@ Mat3X point_modes(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room)
   Eigen::Matrix<double, 4, Eigen::Dynamic> moved(4, rig.uncertainty.modes.cols());
   moved.topRows<2>() = pixel_modes(rig, pair.left, x_in_room);  // not by <<, which must not be left by an exception
   moved.bottomRows<2>() = pixel_modes(rig, pair.right, x_in_room);
-  return -(J.transpose() * J).ldlt().solve(J.transpose() * moved);
+  return -Mat3(J.transpose() * J).ldlt().solve(Mat3X(J.transpose() * moved));
 }
 
 Mat3X left_ray_modes(const Rig& rig, const StereoPair& pair, const Vec3& x_in_room) {
@@ -117,11 +117,12 @@ RigUncertainty compact(const std::vector<Camera>& cameras, const Eigen::MatrixXd
   // C = L L^T by the eigenvectors of C scaled to a unit diagonal; the modes are L V, V of F L = U S V^T.
   const Eigen::VectorXd d = covariance.diagonal().cwiseSqrt();
   const Eigen::VectorXd w = d.unaryExpr([](double x) { return x > 0 ? 1 / x : 0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> scaled(w.asDiagonal() * covariance * w.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> scaled(
+      Eigen::MatrixXd(w.asDiagonal() * covariance * w.asDiagonal()));
   const Eigen::MatrixXd L =
       d.asDiagonal() * scaled.eigenvectors() * scaled.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
   const Eigen::MatrixXd G = F * L;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> effect(G.transpose() * G);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> effect(Eigen::MatrixXd(G.transpose() * G));
   const Eigen::VectorXd& variance = effect.eigenvalues();  // smallest first
   double left = 0;
   Eigen::Index dropped = 0;

@@ -25,7 +25,7 @@ bool principal_frame(const Points& points, const Nearest::Hit* hits, int count, 
     const Vec3 d = points.row(hits[i].index).transpose() - mean;
     scatter.noalias() += d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(scatter / count);
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(Mat3(scatter / count));
   const Vec3& s = eigen.eigenvalues();
   // A line has no normal, nor has a ball of noise.
   if (!(s[1] > 1e-4 * s[2]) || !(s[1] > 2 * s[0])) return false;

@@ -1,0 +1,3 @@
+// The decompositions that core/eigen_once.inl names.
+#define SGRT_EIGEN_ONCE template
+#include "core/eigen.hpp"
