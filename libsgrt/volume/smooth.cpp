@@ -70,8 +70,8 @@ class Disc {
 // w = a0 + a1 u + a2 v + a3 u^2 + a4 u v + a5 v^2 over the tangent plane (eq. 5), in units of the radius.
 struct Quadric {
   bool ok = false;
-  Vec6 a;
-  double variance, leverage;
+  Vec6 a = Vec6::Zero();
+  double variance = 0, leverage = 0;
 };
 
 Quadric fit_quadric(const Points& points, const std::vector<std::int32_t>& disc, const Mat3& axes, double radius) {
