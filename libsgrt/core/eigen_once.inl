@@ -2,7 +2,7 @@
 // core/eigen.cpp only. A decomposition of an expression is another one: give it a matrix, Mat6(a * b).
 #ifndef SGRT_EIGEN_ONCE
 #define SGRT_EIGEN_ONCE extern template
-#endif
+#endif  // NOLINTBEGIN(bugprone-macro-parentheses): types
 
 #define SGRT_EIGENSOLVER(M)                                                                    \
   SGRT_EIGEN_ONCE Eigen::SelfAdjointEigenSolver<M>& Eigen::SelfAdjointEigenSolver<M>::compute( \
@@ -36,4 +36,4 @@ SGRT_EIGEN_ONCE void Eigen::PartialPivLU<Eigen::MatrixXd>::compute();
 SGRT_EIGEN_ONCE struct Eigen::internal::gebp_kernel<
     double, double, Eigen::Index, Eigen::internal::blas_data_mapper<double, Eigen::Index, 0, 0, 1>,
     Eigen::internal::gebp_traits<double, double>::mr, Eigen::internal::gebp_traits<double, double>::nr, false, false>;
-#undef SGRT_EIGEN_ONCE
+#undef SGRT_EIGEN_ONCE  // NOLINTEND(bugprone-macro-parentheses)

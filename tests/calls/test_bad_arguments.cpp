@@ -5,6 +5,8 @@
 //
 //   test_bad_arguments expected.txt            the test
 //   test_bad_arguments expected.txt --observe  what every call gives, to review and to extend expected.txt
+#include "../sanitizers.h"
+
 #include <fcntl.h>
 #include <fnmatch.h>
 #include <setjmp.h>

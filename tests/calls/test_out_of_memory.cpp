@@ -8,6 +8,8 @@
 //
 // malloc and its like are defined here and so stand before the C library's for the program and for libsgrt, whose
 // operator new comes by malloc too. A sanitizer has a malloc of its own: there the test is skipped.
+#include "../sanitizers.h"
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>

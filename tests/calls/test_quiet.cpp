@@ -2,6 +2,8 @@
 // mask, locale, rounding mode, flush-to-zero, environment, working directory, open files, stdout and stderr. Then the
 // answers in a locale with a decimal comma, after a fork in the middle of a context's life, and 50 loads and unloads of
 // the library.
+#include "../sanitizers.h"
+
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>

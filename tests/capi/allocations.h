@@ -4,6 +4,8 @@
 #ifndef SGRT_TEST_ALLOCATIONS_H
 #define SGRT_TEST_ALLOCATIONS_H
 
+#include "../sanitizers.h"
+
 #include <stddef.h>
 
 static long counting = 0, allocations = 0;

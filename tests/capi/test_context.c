@@ -1,5 +1,7 @@
 /* The context: its options, progress and cancel, callbacks, many threads on one, fork. */
 #define _POSIX_C_SOURCE 200112L
+#include "../sanitizers.h"
+
 #include <pthread.h>
 #include <sys/wait.h>
 #include <unistd.h>

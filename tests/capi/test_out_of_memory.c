@@ -1,5 +1,7 @@
 /* Memory that runs out has its status, leaves the outputs alone, and the same call answers once there is memory again.
  * Where a sanitizer has a malloc of its own there is nothing to fail: skipped. */
+#include "../sanitizers.h"
+
 #include "surfaces.h"
 
 static int failing = 0;

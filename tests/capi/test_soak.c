@@ -1,6 +1,8 @@
 /* Frames without end through a stereo session, a temporal filter and a tracker, with lost, blank and cancelled ones
  * between: the bytes in use on the heap are the same after every round, and the resident memory does not grow.
  * `capi_test_soak 1000000` for a campaign (scripts/verify); prints what it measured as JSON. */
+#include "../sanitizers.h"
+
 #include "check.h"
 
 #ifdef __GLIBC__

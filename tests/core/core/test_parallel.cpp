@@ -1,4 +1,6 @@
 // The pool: same bits at every number of threads, exceptions, cancelling, nesting, queueing, forking.
+#include "../../sanitizers.h"
+
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
