@@ -27,7 +27,7 @@ void name_unfixed(const Eigen::MatrixXd& covariance, LaserCalibration& r) {
                                                          "mirror's offset",   "angle scale"};
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
   for (Eigen::Index i = 0; i < covariance.cols(); ++i) {
-    const double sigma = std::sqrt(std::max(0.0, solver.eigenvalues()(i)));
+    const double sigma = std::sqrt(std::max(solver.eigenvalues()(i), 0.0));
     if (sigma < 0.3 * kLaserPrior) continue;
     std::string words;
     std::set<std::string> said;

@@ -203,7 +203,7 @@ std::string report_json(const CalibrationData& data, const LaserCalibration& r) 
   Json sigmas = Json::object();
   for (std::size_t i = 0; i < r.parameters.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    sigmas[r.parameters[i]] = number(std::sqrt(std::max(0.0, r.covariance(k, k))));
+    sigmas[r.parameters[i]] = number(std::sqrt(std::max(r.covariance(k, k), 0.0)));
   }
   json["sigma"] = std::move(sigmas);
   json["not_fixed"] = r.unfixed;

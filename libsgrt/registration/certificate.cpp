@@ -166,7 +166,7 @@ void fill_directions(const Mat6& covariance, std::array<Direction, 6>& out) {
     motion.head<3>() /= kTurnLever;
     Direction& d = out[static_cast<std::size_t>(i)];
     d.motion = motion;
-    d.sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[5 - i]));
+    d.sigma = std::sqrt(std::max(eigen.eigenvalues()[5 - i], 0.0));
     d.detectable = kDetect * d.sigma;
   }
 }
@@ -177,7 +177,7 @@ Motions too_loose(const Mat6& covariance, double degenerate_sigma) {
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(Mat6(unit.asDiagonal() * covariance * unit.asDiagonal()));
   Motions loose(6, 0);
   for (int i = 0; i < 6; ++i) {
-    if (std::sqrt(std::max(0.0, eigen.eigenvalues()[i])) <= degenerate_sigma) continue;
+    if (std::sqrt(std::max(eigen.eigenvalues()[i], 0.0)) <= degenerate_sigma) continue;
     loose.conservativeResize(6, loose.cols() + 1);
     loose.col(loose.cols() - 1) = eigen.eigenvectors().col(i);
   }

@@ -58,12 +58,12 @@ void spread(const Jet& jet, const Curvature& c, double variance, double bias2_me
   const double hd = h.dot(C * d);
   const double H = c.mean;
   f.sigma_mean[row] = std::sqrt(hh);
-  f.sigma_k1[row] = std::sqrt(std::max(0.0, hh + 2 * hd + dd));
-  f.sigma_k2[row] = std::sqrt(std::max(0.0, hh - 2 * hd + dd));
-  f.sigma_gauss[row] = 2 * std::sqrt(std::max(0.0, H * H * hh - 2 * H * D * hd + D * D * dd));
+  f.sigma_k1[row] = std::sqrt(std::max(hh + 2 * hd + dd, 0.0));
+  f.sigma_k2[row] = std::sqrt(std::max(hh - 2 * hd + dd, 0.0));
+  f.sigma_gauss[row] = 2 * std::sqrt(std::max(H * H * hh - 2 * H * D * hd + D * D * dd, 0.0));
   const double length2 = H * H + D * D;
   if (length2 > 0)
-    f.sigma_shape_index[row] = 2 / kPi * std::sqrt(std::max(0.0, D * D * hh - 2 * H * D * hd + H * H * dd)) / length2;
+    f.sigma_shape_index[row] = 2 / kPi * std::sqrt(std::max(D * D * hh - 2 * H * D * hd + H * H * dd, 0.0)) / length2;
 }
 
 class Field {
