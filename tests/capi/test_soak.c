@@ -173,7 +173,9 @@ static void soak(long frames) {
     if (round % step == 0) resident[samples++] = resident_bytes();
   }
   CHECK(s.count[SGRT_OK] > rounds * period / 2);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) /* which keep what was freed for a while */
   CHECK(resident[samples - 1] - resident[samples / 2] <= 65536);
+#endif
   printf(
       "{\"frames\": %ld, \"with_pose\": %ld, \"heap_bytes\": [%zu, %zu], \"resident_bytes\": "
       "[%.0f, %.0f], "
