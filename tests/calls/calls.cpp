@@ -151,31 +151,42 @@ void* out(std::size_t bytes) {
   return arena().take(bytes, false);
 }
 
-sgrt_view* view(const void* data, std::int32_t dtype, std::vector<std::int64_t> shape) {
-  sgrt_view v{};
+sgrt_context* context_with(int threads) {
+  sgrt_context_options o;
+  sgrt_context* context = nullptr;
+  sgrt_context_options_init(&o, sizeof o);
+  o.threads = threads;
+  if (sgrt_context_create(&o, &context) != SGRT_OK) std::abort();
+  return context;
+}
+
+// Packed, row by row; `bytes` is what it spans.
+template <class View>
+static View packed(std::int32_t dtype, const std::vector<std::int64_t>& shape, std::size_t& bytes) {
+  View v{};
   v.dtype = dtype;
   v.ndim = static_cast<std::int32_t>(shape.size());
-  std::int64_t bytes = sgrt_dtype_size(dtype);
+  std::int64_t stride = sgrt_dtype_size(dtype);
   for (std::size_t i = shape.size(); i-- > 0;) {
     v.shape[i] = shape[i];
-    v.strides[i] = bytes;
-    bytes *= shape[i];
+    v.strides[i] = stride;
+    stride *= shape[i];
   }
-  v.data = in(data, static_cast<std::size_t>(bytes));
+  bytes = static_cast<std::size_t>(stride);
+  return v;
+}
+
+sgrt_view* view(const void* data, std::int32_t dtype, std::vector<std::int64_t> shape) {
+  std::size_t bytes = 0;
+  auto v = packed<sgrt_view>(dtype, shape, bytes);
+  v.data = in(data, bytes);
   return in(v);
 }
 
 sgrt_mut_view* out_view(std::int32_t dtype, std::vector<std::int64_t> shape) {
-  sgrt_mut_view v{};
-  v.dtype = dtype;
-  v.ndim = static_cast<std::int32_t>(shape.size());
-  std::int64_t bytes = sgrt_dtype_size(dtype);
-  for (std::size_t i = shape.size(); i-- > 0;) {
-    v.shape[i] = shape[i];
-    v.strides[i] = bytes;
-    bytes *= shape[i];
-  }
-  v.data = out(static_cast<std::size_t>(bytes));
+  std::size_t bytes = 0;
+  auto v = packed<sgrt_mut_view>(dtype, shape, bytes);
+  v.data = out(bytes);
   return in(v);
 }
 

@@ -90,6 +90,8 @@ T* in(const std::vector<T>& values) {
 }
 sgrt_view* view(const void* data, std::int32_t dtype, std::vector<std::int64_t> shape);
 sgrt_mut_view* out_view(std::int32_t dtype, std::vector<std::int64_t> shape);
+// One with so many threads; the caller destroys it.
+sgrt_context* context_with(int threads);
 const double* numbers(std::vector<double> values);
 template <class T>
 T* options(sgrt_status (*init)(T*, std::size_t)) {

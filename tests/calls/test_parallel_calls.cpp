@@ -18,15 +18,6 @@ namespace {
 
 std::atomic<int> failures{0};
 
-sgrt_context* context_with(int threads) {
-  sgrt_context_options o;
-  sgrt_context* context = nullptr;
-  sgrt_context_options_init(&o, sizeof o);
-  o.threads = threads;
-  if (sgrt_context_create(&o, &context) != SGRT_OK) std::abort();
-  return context;
-}
-
 std::string answer_of(const Function& f) {
   if (!std::strcmp(f.name, "sgrt_last_error")) return "";  // the thread's own history
   Call call(f);

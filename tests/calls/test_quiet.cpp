@@ -81,15 +81,6 @@ void check_all(const char* how, const std::vector<std::string>& answers) {
   }
 }
 
-sgrt_context* context_with(int threads) {
-  sgrt_context_options o;
-  sgrt_context* context = nullptr;
-  sgrt_context_options_init(&o, sizeof o);
-  o.threads = threads;
-  if (sgrt_context_create(&o, &context) != SGRT_OK) std::abort();
-  return context;
-}
-
 // A context with workers is used before the fork, by the child, and by the parent again.
 void check_fork(const std::vector<std::string>& answers) {
   context_of_calls = context_with(4);

@@ -29,7 +29,7 @@ print(hashlib.sha256(np.asarray(found.reference_from_live).tobytes()).hexdigest(
 
 # What makes each of them work, with threads of its own where it has some.
 OTHERS = {
-    "cv2": "import cv2, numpy as n; cv2.setNumThreads(4); cv2.GaussianBlur(n.ones((512, 512), n.float32), (0, 0), 3)",
+    "cv2": "import cv2, numpy as n; cv2.GaussianBlur(n.ones((512, 512), n.float32), (0, 0), 3)",
     "torch": "import torch; torch.set_num_threads(4); (torch.ones(400, 400) @ torch.ones(400, 400)).sum().item()",
     "sklearn": "import numpy as n; from sklearn.cluster import KMeans; KMeans(3, n_init=2).fit(n.eye(40))",
     "open3d": "import open3d as o, numpy as n; o.geometry.PointCloud(o.utility.Vector3dVector(n.eye(3)))",
