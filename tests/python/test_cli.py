@@ -447,13 +447,13 @@ def test_ctrl_c_is_130_and_leaves_nothing(tmp_path):
     io.write_surface(tmp_path / "big.ply", sgrt.Surface(body_points(1_500_000, 1)))
     big = str(tmp_path / "big.ply")
     child = subprocess.Popen(
-        [SGRT, "register", "--reference", big, "--live", big, *AT, "--json"],
+        [SGRT, "register", "--reference", big, "--live", big, *AT, "--deform", "field", "--json"],  # half a minute
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=take_ctrl_c,
     )
-    time.sleep(1.5)
+    time.sleep(3)
     child.send_signal(signal.SIGINT)
     out, err = child.communicate(timeout=60)
     assert (child.returncode, out) == (130, "")
