@@ -121,6 +121,40 @@ TEST(Calibrate, OutliersAreNamedAndDoNotCount) {
   EXPECT_LT(square / free, 2.5);
 }
 
+// A start by least squares would follow one gross corner of twenty to no answer at all.
+TEST(Calibrate, OneGrossCornerOfTwentyIsDiscarded) {
+  SeenOptions o;
+  o.columns = 5;
+  o.rows = 4;
+  o.square = 60;
+  o.boards = 6;
+  o.spread = 100;
+  o.tilt_deg = 20;
+  for (unsigned seed = 1; seed <= 2; ++seed) {
+    const Seen clean = see(one_pod(), o, seed);
+    const CalibrationResult wanted = calibrate(sgrt::Run{}, clean.data, quick());
+    ASSERT_EQ(wanted.status, Status::kOk) << wanted.message;
+    ASSERT_TRUE(wanted.discarded.empty());
+    for (const double off : {20., 100., 300.}) {
+      for (const bool each : {false, true}) {  // one in all, one on every board
+        Seen seen = clean;
+        std::size_t moved = 0;
+        for (std::size_t i = 0; i < seen.data.sights.size(); ++i) {
+          if (each ? i % 20 != (7 * (i / 20) + seed) % 20 : i != 73 + seed) continue;
+          Vec2& pixel = seen.data.sights[i].pixel;
+          pixel += off * Vec2(pixel.x() < 640 ? 0.8 : -0.8, pixel.y() < 512 ? 0.6 : -0.6);  // stays in the image
+          ++moved;
+        }
+        const CalibrationResult r = calibrate(sgrt::Run{}, seen.data, quick());
+        ASSERT_EQ(r.status, Status::kOk) << r.message;
+        EXPECT_EQ(r.discarded.size(), moved);
+        for (std::size_t c = 0; c < 2; ++c)  // what is left says the same: within three sigma of all corners' answer
+          EXPECT_NEAR(r.rig.cameras[c].fx, wanted.rig.cameras[c].fx, 3 * std::sqrt(wanted.covariance(15 * c, 15 * c)));
+      }
+    }
+  }
+}
+
 // REQ-CALIB-002
 TEST(Calibrate, WhatHasNoAnswer) {
   SeenOptions o;
