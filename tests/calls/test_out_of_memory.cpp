@@ -119,9 +119,9 @@ bool heavy(const Function& f) {
 }
 
 // A frame that failed counts: its number and the beam's hysteresis go on (sgrt.h); nothing else may differ, which the
-// tests of the tracker look at. The live stereo session remembers what it found.
+// tests of the tracker look at.
 bool goes_on(const Function& f) {
-  return !std::strcmp(f.name, "sgrt_tracker_push") || !std::strcmp(f.name, "sgrt_stereo_session_push");
+  return !std::strcmp(f.name, "sgrt_tracker_push");
 }
 
 // The header names them: what they lent is gone, or the beam must hold.
