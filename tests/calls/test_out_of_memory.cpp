@@ -4,7 +4,8 @@
 // the same arguments are used again with memory, and the answer must have the bytes that it always has; and at the end
 // of each call no block may be left that was not there before it.
 //
-//   test_out_of_memory [calls a function that are starved at most, 1400 unless said; of slow ones a sixtieth [FUNCTION]]
+//   test_out_of_memory [calls a function that are starved at most, 1400 unless said; of slow ones a sixtieth
+//   [FUNCTION]]
 //
 // malloc and its like are defined here and so stand before the C library's for the program and for libsgrt, whose
 // operator new comes by malloc too. A sanitizer has a malloc of its own: there the test is skipped.
