@@ -3,7 +3,7 @@
 # is: Debian packages, the virtual environment .venv, and the package itself, built in build/dev.
 
 build_packages=(g++ cmake ninja-build ccache pkg-config libeigen3-dev libflann-dev liblz4-dev libceres-dev
-  nlohmann-json3-dev libgtest-dev)
+  nlohmann-json3-dev libgtest-dev locales)
 python_packages=(python3-venv python3-dev)
 # shellcheck disable=SC2034 # scripts/test uses it
 lint_packages=(clang-format shellcheck)
