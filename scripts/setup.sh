@@ -8,7 +8,7 @@ python_packages=(python3-venv python3-dev)
 # shellcheck disable=SC2034 # scripts/test uses it
 lint_packages=(clang-format shellcheck)
 # shellcheck disable=SC2034 # scripts/test and scripts/verify use it: sanitizers, fuzzing
-clang_packages=(clang-15 libclang-rt-15-dev)
+clang_packages=(clang-15)
 venv=$PWD/.venv
 
 # need_packages PACKAGE...: by apt, with sudo where not root.
