@@ -42,19 +42,19 @@ void make_room(CurvatureField& f, const Surface& surface) {
 }
 
 // Sigmas by the delta method about the tensor's principal axes, bias added (eq. 17-18).
-void spread(const Jet& jet, const Curvature& c, double variance, double bias2_mean, double bias2_tensor,
-            CurvatureField& f, std::int64_t row) {
+void spread(const Jet& jet, const Curvature& c, double variance, const Node& node, CurvatureField& f,
+            std::int64_t row) {
   // The tensor in (H, p, q): a = H + p, c = H - p, b = q; the difference D = |(p, q)| lies along (p, q).
   const double p = 0.5 * (jet.a - jet.c), q = jet.b, D = std::hypot(p, q);
   const Vec3 h(0.5, 0, 0.5);
   const double cosine = D > 0 ? p / D : 1, sine = D > 0 ? q / D : 0;
   const Vec3 d(0.5 * cosine, sine, -0.5 * cosine);
   const Mat3 C = variance * jet.covariance;
-  const double hh = h.dot(C * h) + bias2_mean;
+  const double hh = h.dot(C * h) + node.bias2_mean;
   double dd = d.dot(C * d);
-  // At an umbilic D is the length of a noisy vector: it scatters less than either component (Rice).
-  if (dd > 0) dd *= 1 - 0.57 * std::exp(-D * D / dd / 8);
-  dd += std::max(0.0, 0.5 * bias2_tensor - bias2_mean);
+  // At an umbilic D is the length of a noisy vector: both components err, and err one way.
+  if (dd > 0) dd *= 1 + std::exp(-D * D / dd / 4);
+  dd += 0.5 * std::max(0.0, 0.5 * node.bias2_tensor - node.bias2_mean);  // half of it turns the axes only
   const double hd = h.dot(C * d);
   const double H = c.mean;
   f.sigma_mean[row] = std::sqrt(hh);
@@ -144,13 +144,16 @@ class Field {
                                                        : CurvatureReason::kNotASheet);
     }
     if (own.dot(jet.normal) < -0.2) return say(row, CurvatureReason::kDisagree);
-    write(jet, node, grain_.heights.of(row), radius, row);
+    const Mat3 bias = std::pow(radius, scales.order) * node.rate;
+    jet.a -= jet.e1.dot(bias * jet.e1);
+    jet.b -= jet.e1.dot(bias * jet.e2);
+    jet.c -= jet.e2.dot(bias * jet.e2);
+    write(jet, node, node.inflate * grain_.heights.of(row), radius, row);
   }
 
   void write(const Jet& jet, const Node& node, double variance, double radius, std::int32_t row) {
-    const double fixed = o_.radius > 0 ? 0 : 1;
     const Curvature c = curvature_of_tensor(jet.a, jet.b, jet.c, jet.normal, jet.e1, jet.e2);
-    spread(jet, c, variance, fixed * node.bias2_mean, fixed * node.bias2_tensor, f_, row);
+    spread(jet, c, variance, node, f_, row);
     if (!(f_.sigma_mean[row] <= o_.max_sigma)) {
       for (auto* v : {&f_.sigma_k1, &f_.sigma_k2, &f_.sigma_mean, &f_.sigma_gauss, &f_.sigma_shape_index})
         (*v)[row] = kNan;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "shape/forms.hpp"
 
@@ -21,30 +22,67 @@ Mat3 axes_about(const Vec3& n) {
   return axes;
 }
 
-// Value and derivatives at the middle, over the radius: h, h_u, h_v, h_uu / 2, h_uv, h_vv / 2, and their covariance.
+// Value and derivatives at the middle, over the radius: h, h_u, h_v, h_uu / 2, h_uv, h_vv / 2, and the covariance of
+// the value and of the second derivatives; the rest of it is not set.
 struct Solved {
   Vec6 x;
   Mat6 covariance;
   double residual;
 };
 
+// By Cholesky, M = L L^T, in plain loops: six unknowns are too few for anything larger. Of the inverse only what is
+// asked for: with X = L^-1 it is X^T X, and the last three unknowns need the last three columns of X alone.
 bool solve_quadric(const double* sums, Solved& out) {
-  Mat6 M;
-  Vec6 g;
+  double L[6][6], X[6][6], y[6], g[6];
   int k = 0;
   for (int i = 0; i < 6; ++i) {
-    for (int j = i; j < 6; ++j) M(j, i) = sums[k++];
+    for (int j = i; j < 6; ++j) L[j][i] = sums[k++];
     g[i] = sums[k++];
   }
-  const double ww = sums[k];
-  const Eigen::LLT<Mat6> llt(M);  // reads the lower triangle
-  if (llt.info() != Eigen::Success) return false;
-  const Vec6 pivots = llt.matrixLLT().diagonal();
-  if (!(pivots.minCoeff() > 1e-4 * pivots.maxCoeff())) return false;
-  out.covariance.setIdentity();
-  llt.solveInPlace(out.covariance);
-  out.x = out.covariance * g;
-  out.residual = std::max(0.0, ww - out.x.dot(g));
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (int j = 0; j < 6; ++j) {
+    double d = L[j][j];
+    for (int l = 0; l < j; ++l) d -= L[j][l] * L[j][l];
+    if (!(d > 0)) return false;
+    const double root = std::sqrt(d), inverse = 1 / root;
+    least = std::min(least, root), most = std::max(most, root);
+    L[j][j] = inverse;
+    for (int i = j + 1; i < 6; ++i) {
+      double sum = L[i][j];
+      for (int l = 0; l < j; ++l) sum -= L[i][l] * L[j][l];
+      L[i][j] = sum * inverse;
+    }
+  }
+  if (!(least > 1e-4 * most)) return false;
+  double explained = 0;
+  for (int i = 0; i < 6; ++i) {
+    double sum = g[i];
+    for (int l = 0; l < i; ++l) sum -= L[i][l] * y[l];
+    y[i] = sum * L[i][i];
+    explained += y[i] * y[i];
+  }
+  for (const int j : {0, 3, 4, 5}) {
+    X[j][j] = L[j][j];
+    for (int i = j + 1; i < 6; ++i) {
+      double sum = 0;
+      for (int l = j; l < i; ++l) sum -= L[i][l] * X[l][j];
+      X[i][j] = sum * L[i][i];
+    }
+  }
+  for (int i = 5; i >= 0; --i) {
+    double sum = y[i];
+    for (int l = i + 1; l < 6; ++l) sum -= L[l][i] * out.x[l];
+    out.x[i] = sum * L[i][i];
+  }
+  out.covariance.setZero();
+  for (int l = 0; l < 6; ++l) out.covariance(0, 0) += X[l][0] * X[l][0];
+  for (int i = 3; i < 6; ++i) {
+    for (int j = 3; j <= i; ++j) {
+      for (int l = i; l < 6; ++l) out.covariance(i, j) += X[l][i] * X[l][j];
+      out.covariance(j, i) = out.covariance(i, j);
+    }
+  }
+  out.residual = std::max(0.0, sums[k] - explained);
   return true;
 }
 
@@ -105,6 +143,11 @@ void to_tensor(const Solved& s, const Vec3& p, const Mat3& axes, double radius, 
 }
 
 }  // namespace
+
+Mat3 tensor_of(const Jet& j) {
+  return j.a * j.e1 * j.e1.transpose() + j.b * (j.e1 * j.e2.transpose() + j.e2 * j.e1.transpose()) +
+         j.c * j.e2 * j.e2.transpose();
+}
 
 JetFitter::JetFitter(const Run& run, const Pyramid& pyramid, int degree)
     : pyramid_(pyramid), degree_(degree), avx2_(run.isa == Isa::kAvx2) {}

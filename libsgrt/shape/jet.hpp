@@ -26,6 +26,9 @@ struct Jet {
   bool found() const { return fault == JetFault::kNone; }
 };
 
+// The curvature tensor in the surface's own axes.
+Mat3 tensor_of(const Jet& jet);
+
 // One thread's scratch.
 class JetFitter {
  public:
