@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 #include "core/nearest.hpp"
 #include "core/parallel.hpp"
 #include "shape/jet.hpp"
@@ -16,13 +17,6 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::int64_t kSamples = 400, kDiscs = 600;
 constexpr int kNeighbours = 9;
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return kNan;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double mesh_spacing(const Surface& s) {
   std::vector<double> area;
