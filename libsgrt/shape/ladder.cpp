@@ -15,6 +15,7 @@ constexpr std::size_t kRungs = 16;  // of them at most
 constexpr int kBeyond = 2;          // rungs over the largest radius
 constexpr double kWidest = 1.15;    // radius of a disc over the smallest radius of curvature
 constexpr double kWidestJet = 0.8;  // the same of degrees 3 and 4, which a sphere is no exact case of
+constexpr double kOutgrown = 9;     // squared drift over the variance two rungs before
 constexpr std::size_t kFirst = 3;   // rungs that stand however noisy
 constexpr std::int64_t kBlock = 16;
 constexpr std::int64_t kAgainst = 10;  // one neighbour in so many has the opposite normal: they are mixed
@@ -79,6 +80,10 @@ void climb(JetFitter& fitter, const Vec3& x, const Vec3& start, double variance,
     r.foot = foot = x - normal * normal.dot(x - jet.foot);
     r.tensor = tensor_of(jet);
     r.variance = variance * (jet.covariance(0, 0) + 2 * jet.covariance(1, 1) + jet.covariance(2, 2));
+    // Bias has outgrown noise: this disc and all larger ones are out of the question, and only tell the drift.
+    if (k >= kFirst && rungs[k - 2].found &&
+        (r.tensor - rungs[k - 2].tensor).squaredNorm() > kOutgrown * rungs[k - 2].variance)
+      break;
   }
 }
 
