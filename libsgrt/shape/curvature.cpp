@@ -19,8 +19,9 @@ constexpr double kStraight = 0.993;  // cosine of the frame with the fit, below 
 constexpr double kOff = 0.05;        // as is one whose middle lies further from the fit, over the radius
 constexpr double kShrink = 0.7;      // of the disc at a border
 constexpr int kShrinks = 2;
-constexpr std::int64_t kAgainst = 4;  // one neighbour in so many has the opposite normal: they disagree
-constexpr double kExact = 1e-9;       // curvature over the disc's radius that is rounding
+constexpr double kAgree = 0.5;      // of normals: below it they disagree, as where a quarter is flipped
+constexpr double kOpposite = -0.2;  // cosine of two normals
+constexpr double kExact = 1e-9;     // curvature over the disc's radius that is rounding
 constexpr std::int64_t kBlock = 256;
 
 void check(const CurvatureOptions& o) {
@@ -133,17 +134,14 @@ class Field {
       radius *= kShrink;
     }
     f_.radius[row] = radius;
-    if (jet.fault != JetFault::kNone || node.mixed) {
-      std::int64_t all = 0, against = 0;
-      fitter.look(x, own, radius, &all, &against);
-      if (against > 0 && kAgainst * against >= all) return say(row, CurvatureReason::kDisagree);
-    }
+    const bool doubtful = jet.fault == JetFault::kTooFew || jet.fault == JetFault::kNotASheet || node.mixed;
+    if (doubtful && fitter.agreement(x, own, radius) < kAgree) return say(row, CurvatureReason::kDisagree);
     if (jet.fault != JetFault::kNone) {
       return say(row, jet.fault == JetFault::kTooFew   ? CurvatureReason::kTooFew
                       : jet.fault == JetFault::kBorder ? CurvatureReason::kBorder
                                                        : CurvatureReason::kNotASheet);
     }
-    if (own.dot(jet.normal) < -0.2) return say(row, CurvatureReason::kDisagree);
+    if (own.dot(jet.normal) < kOpposite) return say(row, CurvatureReason::kDisagree);
     const Mat3 bias = std::pow(radius, scales.order) * node.rate;
     jet.a -= jet.e1.dot(bias * jet.e1);
     jet.b -= jet.e1.dot(bias * jet.e2);
@@ -174,7 +172,14 @@ class Field {
     say(row, CurvatureReason::kNone);
   }
 
-  // Second points at a place get what the first one has.
+  void forget(std::int32_t row, CurvatureReason reason) {
+    for (const auto number : kCurvatureNumbers) (f_.*number)[row] = kNan;
+    for (const auto vector : kCurvatureVectors) (f_.*vector).row(row).setConstant(kNan);
+    f_.hk[static_cast<std::size_t>(row)] = 0;
+    say(row, reason);
+  }
+
+  // Second points at a place get what the first one has, unless they look the other way: then neither has anything.
   void copy_to_duplicates(const SkinCells& cells) {
     std::vector<std::uint8_t> kept(static_cast<std::size_t>(surface_.size()), 0);
     for (const std::int32_t row : cells.row) kept[static_cast<std::size_t>(row)] = 1;
@@ -184,6 +189,11 @@ class Field {
       for (std::int64_t k = cells.begin[cell]; k < cells.begin[cell + 1]; ++k) {
         const std::int32_t from = cells.row[static_cast<std::size_t>(k)];
         if (surface_.points.row(from) != surface_.points.row(i)) continue;
+        if (surface_.normal(from).dot(surface_.normal(i)) < kOpposite) {
+          forget(from, CurvatureReason::kDisagree);
+          forget(static_cast<std::int32_t>(i), CurvatureReason::kDisagree);
+          break;
+        }
         for (const auto number : kCurvatureNumbers) (f_.*number)[i] = (f_.*number)[from];
         for (const auto vector : kCurvatureVectors) (f_.*vector).row(i) = (f_.*vector).row(from);
         f_.reason[static_cast<std::size_t>(i)] = f_.reason[static_cast<std::size_t>(from)];

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kLeastCosine = 0.2;   // of a neighbour's normal: another sheet otherwise
 constexpr double kOneSided = 0.2;      // mean offset of the neighbours over the radius
+constexpr double kFilled = 0.2;        // mean square of their distance over that of the radius: half where all is full
+constexpr double kSheet = 0.3;         // height over the radius, of points in the same sheet
 constexpr double kSteepest = 1;        // slope of the fit over the disc's plane
 constexpr std::int64_t kMost = 16384;  // points of a disc; of denser ones every second, fourth ... counts
 
@@ -205,7 +207,8 @@ Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
   const bool solved = degree_ == 2   ? solve_quadric(sums, s)
                       : degree_ == 3 ? solve_jet<10>(u_.data(), v_.data(), w_.data(), one_.data(), n_, s)
                                      : solve_jet<15>(u_.data(), v_.data(), w_.data(), one_.data(), n_, s);
-  if (std::hypot(sums[1], sums[2]) > kOneSided * sums[0]) jet.fault = JetFault::kBorder;
+  if (std::hypot(sums[1], sums[2]) > kOneSided * sums[0] || sums[7] + sums[13] < kFilled * sums[0])
+    jet.fault = JetFault::kBorder;
   if (!solved || !(std::hypot(s.x[1], s.x[2]) < kSteepest)) {
     if (jet.fault == JetFault::kNone) jet.fault = solved ? JetFault::kNotASheet : JetFault::kTooFew;
     return jet;
@@ -214,20 +217,20 @@ Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
   return jet;
 }
 
-void JetFitter::look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const {
+double JetFitter::agreement(const Vec3& p, const Vec3& normal, double radius) const {
   const SkinCells& cells = pyramid_.levels[0];
-  *all = *against = 0;
+  double sum = 0, count = 0;
   cells.each_run(p, radius, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < std::min(end, begin + kMost); ++i) {
       const auto at = static_cast<std::size_t>(i);
       const Vec3 d(cells.x[at] - p[0], cells.y[at] - p[1], cells.z[at] - p[2]);
-      if (d.squaredNorm() > radius * radius) continue;
-      ++*all;
-      // A thin body has a far side too: only points in the same sheet count against.
-      const double c = normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
-      if (c < -0.5 && std::abs(d.dot(normal)) < 0.3 * radius) ++*against;
+      // A thin body has a far side too: only points in the same sheet count.
+      if (d.squaredNorm() > radius * radius || std::abs(d.dot(normal)) > kSheet * radius) continue;
+      sum += normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
+      count += 1;
     }
   });
+  return count > 0 ? sum / count : 1;
 }
 
 }  // namespace sgrt

@@ -18,7 +18,7 @@ constexpr double kWidestJet = 0.8;  // the same of degrees 3 and 4, which a sphe
 constexpr double kOutgrown = 9;     // squared drift over the variance two rungs before
 constexpr std::size_t kFirst = 3;   // rungs that stand however noisy
 constexpr std::int64_t kBlock = 16;
-constexpr std::int64_t kAgainst = 10;  // one neighbour in so many has the opposite normal: they are mixed
+constexpr double kMixed = 0.8;  // agreement of normals below which each point is asked for its own
 
 std::vector<double> radii_of(const CurvatureOptions& options, double spacing, std::size_t* chosen) {
   *chosen = 1;
@@ -118,9 +118,7 @@ Ladder climb_ladders(const Run& run, const Grain& grain, const CurvatureOptions&
           const std::size_t at = middle_point(cells, first, last);
           l.x[i] = Vec3(cells.x[at], cells.y[at], cells.z[at]);
           l.normal[i] = mean_normal(cells, first, last);
-          std::int64_t near = 0, against = 0;
-          fitter.look(l.x[i], normal_of(cells, at), cells.size, &near, &against);
-          l.mixed[i] = kAgainst * against > near ? 1 : 0;
+          l.mixed[i] = fitter.agreement(l.x[i], normal_of(cells, at), cells.size) < kMixed ? 1 : 0;
           climb(fitter, l.x[i], l.normal[i], grain.heights.of(cells.row[at]), l.radii, widest,
                 l.rungs.data() + i * l.radii.size());
         }

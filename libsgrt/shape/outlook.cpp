@@ -15,6 +15,10 @@ constexpr double kSure = 3;          // times its noise: what a departure from t
 constexpr double kInner = 0.5;       // of the radius: departures are looked for from there on
 constexpr double kRounding = 1e-18;  // of squared curvature over the disc's radius
 
+double grown(double r, int order) {
+  return order == 4 ? r * r * r * r : r * r;
+}
+
 // Bias of the tensor over r^order.
 struct Rate {
   Mat3 mean = Mat3::Zero();
@@ -36,7 +40,8 @@ Rate rate_of(const Drift* drifts, const double* growth, std::size_t count, std::
     rate.mean += w * d.mean;
     rate.variance += w * w * d.variance;
     rate.spread += w * w * d.spread;
-    chance2 += std::pow(w * w * d.chance, 2);
+    const double chance = w * w * d.chance;
+    chance2 += chance * chance;
     if (j >= top) rate.shared += w * d.variance;
   }
   if (!(sum > 0)) return rate;
@@ -69,15 +74,15 @@ Outlook outlook_of(const Drift* drifts, const double* radii, std::size_t count, 
   constexpr std::size_t kMost = 32;
   const std::size_t steps = std::min(count, kMost) - 1;
   double growth[kMost];
-  const double power = std::pow(r, order), power2 = power * power;
-  double inside = std::pow(radii[0], order);
+  const double power = grown(r, order), power2 = power * power;
+  double inside = grown(radii[0], order);
   for (std::size_t j = 0; j < steps; ++j) {
-    const double outside = std::pow(radii[j + 1], order);
+    const double outside = grown(radii[j + 1], order);
     growth[j] = outside - inside;
     inside = outside;
   }
-  std::size_t top = 0;  // steps that lie within the disc
-  while (top < steps && radii[top + 1] <= 1.001 * r) ++top;
+  std::size_t top = 0;  // steps that lie within the disc, which is nearest to radii[top]
+  while (top < steps && radii[top] * radii[top + 1] <= r * r) ++top;
   Outlook o;
   const Rate rate =
       rate_of(drifts, growth, std::min(top + 1, steps), top, (kEnough * variance + kRounding / (r * r)) / power2);
