@@ -12,6 +12,7 @@ constexpr double kUnlike = 0.1;      // of the squared bias: what no law tells
 constexpr double kSpread = 0.9;      // of the squared spread between nodes that is a node's own
 constexpr double kChance = 1;        // sigma of the spread: less is chance
 constexpr double kSure = 3;          // times its noise: what a departure from the law exceeds not by chance
+constexpr double kSureOwn = 6;       // the same of the node's own drift, which is noisier
 constexpr double kInner = 0.5;       // of the radius: departures are looked for from there on
 constexpr double kRounding = 1e-18;  // of squared curvature over the disc's radius
 
@@ -53,17 +54,30 @@ Rate rate_of(const Drift* drifts, const double* growth, std::size_t count, std::
   return rate;
 }
 
+// A sum of steps less what the law says of them.
+struct Departure {
+  Mat3 sum = Mat3::Zero();
+  double variance = 0;
+  // Squared, beyond chance.
+  double add(const Mat3& step, double step_variance, double sure) {
+    sum += step;
+    variance += step_variance;
+    return sum.squaredNorm() - sure * variance;
+  }
+};
+
 // How far the tensor strays from the law on the way to the disc, squared, beyond chance: a bias that stops growing, or
 // turns back, must not be taken for none.
 double departure2(const Drift* drifts, const double* radii, const double* growth, std::size_t top, const Mat3& rate,
                   double inner) {
-  Mat3 apart = Mat3::Zero();
-  double noise = 0, most = 0;
+  Departure about, own;
+  double most = 0;
   for (std::size_t j = top; j-- > 0;) {
-    if (drifts[j].variance < 0 || radii[j] < inner) break;
-    apart += drifts[j].mean - growth[j] * rate;
-    noise += drifts[j].variance;
-    most = std::max(most, apart.squaredNorm() - kSure * noise);
+    const Drift& d = drifts[j];
+    if (d.variance < 0 || radii[j] < inner) break;
+    const Mat3 law = growth[j] * rate;
+    most = std::max(most, about.add(d.mean - law, d.variance, kSure));
+    if (d.own_variance >= 0) most = std::max(most, own.add(d.own - law, d.own_variance, kSureOwn));
   }
   return most;
 }

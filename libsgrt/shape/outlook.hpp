@@ -11,9 +11,11 @@ namespace sgrt {
 // Of the tensor from one radius to the next, the mean of the nodes about a place.
 struct Drift {
   Mat3 mean = Mat3::Zero();
-  double variance = -1;  // of the mean's squared norm by noise; negative: none is known
-  double spread = 0;     // squared, between the nodes beyond noise; may be negative by chance
-  double chance = 0;     // sigma of that
+  double variance = -1;      // of the mean's squared norm by noise; negative: none is known
+  double spread = 0;         // squared, between the nodes beyond noise; may be negative by chance
+  double chance = 0;         // sigma of that
+  Mat3 own = Mat3::Zero();   // of the node at the place
+  double own_variance = -1;  // as variance
 };
 
 struct Outlook {

@@ -94,6 +94,11 @@ class Chooser {
       d.mean = sum / n;
       d.variance = std::max(0.0, variance / (n * own));
       d.spread = square / n - d.mean.squaredNorm() - (own - 1) * d.variance;
+      const Rung* self = ladder_.rungs_of(i) + k;
+      if (self[0].found && self[1].found) {
+        d.own = self[1].tensor - self[0].tensor;
+        d.own_variance = std::max(0.0, self[0].variance - self[1].variance);
+      }
       d.chance = d.variance * std::sqrt(2.0 / 3 * own);
     }
   }
