@@ -116,7 +116,7 @@ def test_repeat_covariance_is_that_of_the_scatter(skin, own):
 
 
 def test_a_turned_noisy_head_is_not_upside_down(body):
-    """Few extrema are left of a head turned by 45 degrees in a time-of-flight camera's noise: pairs and lines of sight."""
+    """Few extrema are left of a head turned by 45 degrees in a time-of-flight camera's noise."""
     points, _ = body.mesh(3.0)
     front = points[(points[:, 2] > 0) & (points[:, 1] > -130)]
     skin, truth = (front, body.normal(front)), body.landmarks()
