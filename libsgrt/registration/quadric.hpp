@@ -11,11 +11,12 @@ namespace sgrt {
 
 struct Quadric {
   bool found = false;
-  Vec3 q, n;        // a point of the surface near the one asked for, and its unit normal, of either sign
-  Mat3 K;           // curvature tensor
-  double height;    // variance of the height at q for samples of unit variance
-  double slope;     // of a component of the normal
-  double residual;  // mm2, unbiased variance of the samples about the quadric; NaN where there are too few
+  // A point of the surface near the one asked for, and its unit normal, of either sign.
+  Vec3 q = Vec3::Zero(), n = Vec3::Zero();
+  Mat3 K = Mat3::Zero();  // curvature tensor
+  double height = 0;      // variance of the height at q for samples of unit variance
+  double slope = 0;       // of a component of the normal
+  double residual = 0;    // mm2, unbiased variance of the samples about the quadric; NaN where there are too few
 };
 
 // rows: of the samples near p; those beyond `radius` do not count. hint: a normal to fall back on where the samples fix

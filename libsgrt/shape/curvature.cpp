@@ -19,8 +19,9 @@ constexpr double kStraight = 0.993;  // cosine of the frame with the fit, below 
 constexpr double kOff = 0.05;        // as is one whose middle lies further from the fit, over the radius
 constexpr double kShrink = 0.7;      // of the disc at a border
 constexpr int kShrinks = 2;
-constexpr std::int64_t kAgainst = 4;  // one neighbour in so many has the opposite normal: they disagree
-constexpr double kExact = 1e-9;       // curvature over the disc's radius that is rounding
+constexpr double kAgree = 0.5;      // of normals: below it they disagree, as where a quarter is flipped
+constexpr double kOpposite = -0.2;  // cosine of two normals
+constexpr double kExact = 1e-9;     // curvature over the disc's radius that is rounding
 constexpr std::int64_t kBlock = 256;
 
 void check(const CurvatureOptions& o) {
@@ -42,19 +43,19 @@ void make_room(CurvatureField& f, const Surface& surface) {
 }
 
 // Sigmas by the delta method about the tensor's principal axes, bias added (eq. 17-18).
-void spread(const Jet& jet, const Curvature& c, double variance, double bias2_mean, double bias2_tensor,
-            CurvatureField& f, std::int64_t row) {
+void spread(const Jet& jet, const Curvature& c, double variance, const Node& node, CurvatureField& f,
+            std::int64_t row) {
   // The tensor in (H, p, q): a = H + p, c = H - p, b = q; the difference D = |(p, q)| lies along (p, q).
   const double p = 0.5 * (jet.a - jet.c), q = jet.b, D = std::hypot(p, q);
   const Vec3 h(0.5, 0, 0.5);
   const double cosine = D > 0 ? p / D : 1, sine = D > 0 ? q / D : 0;
   const Vec3 d(0.5 * cosine, sine, -0.5 * cosine);
   const Mat3 C = variance * jet.covariance;
-  const double hh = h.dot(C * h) + bias2_mean;
+  const double hh = h.dot(C * h) + node.bias2_mean;
   double dd = d.dot(C * d);
-  // At an umbilic D is the length of a noisy vector: it scatters less than either component (Rice).
-  if (dd > 0) dd *= 1 - 0.57 * std::exp(-D * D / dd / 8);
-  dd += std::max(0.0, 0.5 * bias2_tensor - bias2_mean);
+  // At an umbilic D is the length of a noisy vector: both components err, and err one way.
+  if (dd > 0) dd *= 1 + std::exp(-D * D / dd / 4);
+  dd += 0.5 * std::max(0.0, 0.5 * node.bias2_tensor - node.bias2_mean);  // half of it turns the axes only
   const double hd = h.dot(C * d);
   const double H = c.mean;
   f.sigma_mean[row] = std::sqrt(hh);
@@ -133,24 +134,24 @@ class Field {
       radius *= kShrink;
     }
     f_.radius[row] = radius;
-    if (jet.fault != JetFault::kNone || node.mixed) {
-      std::int64_t all = 0, against = 0;
-      fitter.look(x, own, radius, &all, &against);
-      if (against > 0 && kAgainst * against >= all) return say(row, CurvatureReason::kDisagree);
-    }
+    const bool doubtful = jet.fault == JetFault::kTooFew || jet.fault == JetFault::kNotASheet || node.mixed;
+    if (doubtful && fitter.agreement(x, own, radius) < kAgree) return say(row, CurvatureReason::kDisagree);
     if (jet.fault != JetFault::kNone) {
       return say(row, jet.fault == JetFault::kTooFew   ? CurvatureReason::kTooFew
                       : jet.fault == JetFault::kBorder ? CurvatureReason::kBorder
                                                        : CurvatureReason::kNotASheet);
     }
-    if (own.dot(jet.normal) < -0.2) return say(row, CurvatureReason::kDisagree);
-    write(jet, node, grain_.heights.of(row), radius, row);
+    if (own.dot(jet.normal) < kOpposite) return say(row, CurvatureReason::kDisagree);
+    const Mat3 bias = std::pow(radius, scales.order) * node.rate;
+    jet.a -= jet.e1.dot(bias * jet.e1);
+    jet.b -= jet.e1.dot(bias * jet.e2);
+    jet.c -= jet.e2.dot(bias * jet.e2);
+    write(jet, node, node.inflate * grain_.heights.of(row), radius, row);
   }
 
   void write(const Jet& jet, const Node& node, double variance, double radius, std::int32_t row) {
-    const double fixed = o_.radius > 0 ? 0 : 1;
     const Curvature c = curvature_of_tensor(jet.a, jet.b, jet.c, jet.normal, jet.e1, jet.e2);
-    spread(jet, c, variance, fixed * node.bias2_mean, fixed * node.bias2_tensor, f_, row);
+    spread(jet, c, variance, node, f_, row);
     if (!(f_.sigma_mean[row] <= o_.max_sigma)) {
       for (auto* v : {&f_.sigma_k1, &f_.sigma_k2, &f_.sigma_mean, &f_.sigma_gauss, &f_.sigma_shape_index})
         (*v)[row] = kNan;
@@ -171,7 +172,14 @@ class Field {
     say(row, CurvatureReason::kNone);
   }
 
-  // Second points at a place get what the first one has.
+  void forget(std::int32_t row, CurvatureReason reason) {
+    for (const auto number : kCurvatureNumbers) (f_.*number)[row] = kNan;
+    for (const auto vector : kCurvatureVectors) (f_.*vector).row(row).setConstant(kNan);
+    f_.hk[static_cast<std::size_t>(row)] = 0;
+    say(row, reason);
+  }
+
+  // Second points at a place get what the first one has, unless they look the other way: then neither has anything.
   void copy_to_duplicates(const SkinCells& cells) {
     std::vector<std::uint8_t> kept(static_cast<std::size_t>(surface_.size()), 0);
     for (const std::int32_t row : cells.row) kept[static_cast<std::size_t>(row)] = 1;
@@ -181,6 +189,11 @@ class Field {
       for (std::int64_t k = cells.begin[cell]; k < cells.begin[cell + 1]; ++k) {
         const std::int32_t from = cells.row[static_cast<std::size_t>(k)];
         if (surface_.points.row(from) != surface_.points.row(i)) continue;
+        if (surface_.normal(from).dot(surface_.normal(i)) < kOpposite) {
+          forget(from, CurvatureReason::kDisagree);
+          forget(static_cast<std::int32_t>(i), CurvatureReason::kDisagree);
+          break;
+        }
         for (const auto number : kCurvatureNumbers) (f_.*number)[i] = (f_.*number)[from];
         for (const auto vector : kCurvatureVectors) (f_.*vector).row(i) = (f_.*vector).row(from);
         f_.reason[static_cast<std::size_t>(i)] = f_.reason[static_cast<std::size_t>(from)];

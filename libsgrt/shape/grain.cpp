@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 #include "core/nearest.hpp"
 #include "core/parallel.hpp"
 #include "shape/jet.hpp"
@@ -16,13 +17,6 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::int64_t kSamples = 400, kDiscs = 600;
 constexpr int kNeighbours = 9;
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return kNan;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double mesh_spacing(const Surface& s) {
   std::vector<double> area;
@@ -62,12 +56,12 @@ double cloud_spacing(const Surface& s) {
   return median(spacing);
 }
 
-// The area that a point stands for, as a length: the median over the surface. NaN where it has fewer than 3 points.
-double spacing_of(const Surface& surface) {
+// The area that a point stands for, as a length: the median over the surface. NaN where it is not a mesh or grid.
+double area_spacing(const Surface& surface) {
   double h = kNan;
   if (surface.faces.rows() > 0) h = mesh_spacing(surface);
   if (!(h > 0) && surface.organised()) h = grid_spacing(surface);
-  return h > 0 ? h : cloud_spacing(surface);
+  return h;
 }
 
 // Variance of heights as the residuals of small discs show it, mm2. NaN where no disc has points enough.
@@ -131,9 +125,18 @@ Grain grain_of(const Run& run, const Surface& surface, int degree, double noise)
     fail(Status::kInvalidArgument,
          "surface: it has no normals, expected some: they say what is outward, so what is convex");
   Grain grain;
-  grain.spacing = spacing_of(surface);
+  grain.spacing = area_spacing(surface);
+  const bool counted = !(grain.spacing > 0);
+  if (counted) grain.spacing = cloud_spacing(surface);  // NaN: fewer than 3 points
   if (!(grain.spacing > 0)) return grain;
   grain.pyramid = make_pyramid(surface, grain.spacing);
+  const SkinCells& cells = grain.pyramid.levels[0];
+  if (counted && cells.duplicates > 0) {
+    // Places were counted as often as there are points at them.
+    const double kept = static_cast<double>(cells.size_of()), all = kept + static_cast<double>(cells.duplicates);
+    grain.spacing *= std::sqrt(all / kept);
+    grain.pyramid = make_pyramid(surface, grain.spacing);
+  }
   add_heights(run, surface, degree, noise, grain);
   return grain;
 }

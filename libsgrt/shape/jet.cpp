@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "shape/forms.hpp"
 
@@ -11,6 +12,8 @@ namespace {
 
 constexpr double kLeastCosine = 0.2;   // of a neighbour's normal: another sheet otherwise
 constexpr double kOneSided = 0.2;      // mean offset of the neighbours over the radius
+constexpr double kFilled = 0.2;        // mean square of their distance over that of the radius: half where all is full
+constexpr double kSheet = 0.3;         // height over the radius, of points in the same sheet
 constexpr double kSteepest = 1;        // slope of the fit over the disc's plane
 constexpr std::int64_t kMost = 16384;  // points of a disc; of denser ones every second, fourth ... counts
 
@@ -21,30 +24,67 @@ Mat3 axes_about(const Vec3& n) {
   return axes;
 }
 
-// Value and derivatives at the middle, over the radius: h, h_u, h_v, h_uu / 2, h_uv, h_vv / 2, and their covariance.
+// Value and derivatives at the middle, over the radius: h, h_u, h_v, h_uu / 2, h_uv, h_vv / 2, and the covariance of
+// the value and of the second derivatives; the rest of it is not set.
 struct Solved {
   Vec6 x;
   Mat6 covariance;
   double residual;
 };
 
+// By Cholesky, M = L L^T, in plain loops: six unknowns are too few for anything larger. Of the inverse only what is
+// asked for: with X = L^-1 it is X^T X, and the last three unknowns need the last three columns of X alone.
 bool solve_quadric(const double* sums, Solved& out) {
-  Mat6 M;
-  Vec6 g;
+  double L[6][6], X[6][6], y[6], g[6];
   int k = 0;
   for (int i = 0; i < 6; ++i) {
-    for (int j = i; j < 6; ++j) M(j, i) = sums[k++];
+    for (int j = i; j < 6; ++j) L[j][i] = sums[k++];
     g[i] = sums[k++];
   }
-  const double ww = sums[k];
-  const Eigen::LLT<Mat6> llt(M);  // reads the lower triangle
-  if (llt.info() != Eigen::Success) return false;
-  const Vec6 pivots = llt.matrixLLT().diagonal();
-  if (!(pivots.minCoeff() > 1e-4 * pivots.maxCoeff())) return false;
-  out.covariance.setIdentity();
-  llt.solveInPlace(out.covariance);
-  out.x = out.covariance * g;
-  out.residual = std::max(0.0, ww - out.x.dot(g));
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (int j = 0; j < 6; ++j) {
+    double d = L[j][j];
+    for (int l = 0; l < j; ++l) d -= L[j][l] * L[j][l];
+    if (!(d > 0)) return false;
+    const double root = std::sqrt(d), inverse = 1 / root;
+    least = std::min(least, root), most = std::max(most, root);
+    L[j][j] = inverse;
+    for (int i = j + 1; i < 6; ++i) {
+      double sum = L[i][j];
+      for (int l = 0; l < j; ++l) sum -= L[i][l] * L[j][l];
+      L[i][j] = sum * inverse;
+    }
+  }
+  if (!(least > 1e-4 * most)) return false;
+  double explained = 0;
+  for (int i = 0; i < 6; ++i) {
+    double sum = g[i];
+    for (int l = 0; l < i; ++l) sum -= L[i][l] * y[l];
+    y[i] = sum * L[i][i];
+    explained += y[i] * y[i];
+  }
+  for (const int j : {0, 3, 4, 5}) {
+    X[j][j] = L[j][j];
+    for (int i = j + 1; i < 6; ++i) {
+      double sum = 0;
+      for (int l = j; l < i; ++l) sum -= L[i][l] * X[l][j];
+      X[i][j] = sum * L[i][i];
+    }
+  }
+  for (int i = 5; i >= 0; --i) {
+    double sum = y[i];
+    for (int l = i + 1; l < 6; ++l) sum -= L[l][i] * out.x[l];
+    out.x[i] = sum * L[i][i];
+  }
+  out.covariance.setZero();
+  for (int l = 0; l < 6; ++l) out.covariance(0, 0) += X[l][0] * X[l][0];
+  for (int i = 3; i < 6; ++i) {
+    for (int j = 3; j <= i; ++j) {
+      for (int l = i; l < 6; ++l) out.covariance(i, j) += X[l][i] * X[l][j];
+      out.covariance(j, i) = out.covariance(i, j);
+    }
+  }
+  out.residual = std::max(0.0, sums[k] - explained);
   return true;
 }
 
@@ -106,6 +146,11 @@ void to_tensor(const Solved& s, const Vec3& p, const Mat3& axes, double radius, 
 
 }  // namespace
 
+Mat3 tensor_of(const Jet& j) {
+  return j.a * j.e1 * j.e1.transpose() + j.b * (j.e1 * j.e2.transpose() + j.e2 * j.e1.transpose()) +
+         j.c * j.e2 * j.e2.transpose();
+}
+
 JetFitter::JetFitter(const Run& run, const Pyramid& pyramid, int degree)
     : pyramid_(pyramid), degree_(degree), avx2_(run.isa == Isa::kAvx2) {}
 
@@ -162,7 +207,8 @@ Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
   const bool solved = degree_ == 2   ? solve_quadric(sums, s)
                       : degree_ == 3 ? solve_jet<10>(u_.data(), v_.data(), w_.data(), one_.data(), n_, s)
                                      : solve_jet<15>(u_.data(), v_.data(), w_.data(), one_.data(), n_, s);
-  if (std::hypot(sums[1], sums[2]) > kOneSided * sums[0]) jet.fault = JetFault::kBorder;
+  if (std::hypot(sums[1], sums[2]) > kOneSided * sums[0] || sums[7] + sums[13] < kFilled * sums[0])
+    jet.fault = JetFault::kBorder;
   if (!solved || !(std::hypot(s.x[1], s.x[2]) < kSteepest)) {
     if (jet.fault == JetFault::kNone) jet.fault = solved ? JetFault::kNotASheet : JetFault::kTooFew;
     return jet;
@@ -171,20 +217,20 @@ Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
   return jet;
 }
 
-void JetFitter::look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const {
+double JetFitter::agreement(const Vec3& p, const Vec3& normal, double radius) const {
   const SkinCells& cells = pyramid_.levels[0];
-  *all = *against = 0;
+  double sum = 0, count = 0;
   cells.each_run(p, radius, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < std::min(end, begin + kMost); ++i) {
       const auto at = static_cast<std::size_t>(i);
       const Vec3 d(cells.x[at] - p[0], cells.y[at] - p[1], cells.z[at] - p[2]);
-      if (d.squaredNorm() > radius * radius) continue;
-      ++*all;
-      // A thin body has a far side too: only points in the same sheet count against.
-      const double c = normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
-      if (c < -0.5 && std::abs(d.dot(normal)) < 0.3 * radius) ++*against;
+      // A thin body has a far side too: only points in the same sheet count.
+      if (d.squaredNorm() > radius * radius || std::abs(d.dot(normal)) > kSheet * radius) continue;
+      sum += normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
+      count += 1;
     }
   });
+  return count > 0 ? sum / count : 1;
 }
 
 }  // namespace sgrt

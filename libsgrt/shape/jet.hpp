@@ -26,14 +26,17 @@ struct Jet {
   bool found() const { return fault == JetFault::kNone; }
 };
 
+// The curvature tensor in the surface's own axes.
+Mat3 tensor_of(const Jet& jet);
+
 // One thread's scratch.
 class JetFitter {
  public:
   JetFitter(const Run& run, const Pyramid& pyramid, int degree);
   // At place p with about this normal (outward).
   Jet fit(const Vec3& p, const Vec3& normal, double radius);
-  // Points in the ball, of any normal: their number, and how many look the other way.
-  void look(const Vec3& p, const Vec3& normal, double radius, std::int64_t* all, std::int64_t* against) const;
+  // How far the normals about p agree with the one given: the mean of their cosines with it, 1 to -1.
+  double agreement(const Vec3& p, const Vec3& normal, double radius) const;
 
  private:
   void gather(const Vec3& p, const Mat3& axes, double radius);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 
 namespace sgrt {
@@ -84,8 +85,7 @@ double scale_of(const std::vector<Contact>& contacts) {
     if (c.met) z.push_back(std::abs(c.r) / std::sqrt(c.variance));
   }
   if (z.empty()) return 1;
-  std::nth_element(z.begin(), z.begin() + static_cast<std::ptrdiff_t>(z.size() / 2), z.end());
-  return std::max(1.0, 1.4826 * z[z.size() / 2]);
+  return std::max(1.0, 1.4826 * median(z));
 }
 
 double tukey(double u) {

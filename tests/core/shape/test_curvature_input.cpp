@@ -74,6 +74,15 @@ TEST(ShapeCurvature, DuplicatesIsolatedPointsAndPlanes) {
   EXPECT_EQ(f.mean[10 * side + 10], plain.mean[10 * side + 10]);
   EXPECT_EQ(f.mean[n], f.mean[10 * side + 10]);
   EXPECT_EQ(f.reason[n + 2], static_cast<std::uint8_t>(CurvatureReason::kTooFew));
+  // Every point twice: half as many places, not a finer grain.
+  Surface pairs = test::sphere_cloud(10, 1);
+  const double spacing = surface_curvature(sgrt::Run{}, pairs, {}).spacing;
+  const auto half = pairs.size();
+  pairs.points.conservativeResize(2 * half, 3);
+  pairs.normals.conservativeResize(2 * half, 3);
+  pairs.points.bottomRows(half) = pairs.points.topRows(half).eval();
+  pairs.normals.bottomRows(half) = pairs.normals.topRows(half).eval();
+  EXPECT_NEAR(surface_curvature(sgrt::Run{}, pairs, {}).spacing, spacing, 0.1 * spacing);
   Surface flat = w.surface;
   flat.points.col(2).setConstant(7);
   flat.normals.rowwise() = Eigen::RowVector3d(0, 0, 1);
@@ -90,6 +99,41 @@ TEST(ShapeCurvature, DuplicatesIsolatedPointsAndPlanes) {
   Surface one_place = line;
   one_place.points.setConstant(3);
   EXPECT_EQ(surface_curvature(sgrt::Run{}, one_place, {}).known, 0);
+}
+
+// What is outward is never guessed: not of a place whose two points say opposite things, not where normals are chance.
+TEST(ShapeCurvature, NormalsThatContradict) {
+  const Surface sphere = test::sphere_cloud(10, 1);
+  const auto n = sphere.size();
+  Surface twice = sphere;
+  twice.points.conservativeResize(n + 1, 3);
+  twice.normals.conservativeResize(n + 1, 3);
+  twice.points.row(n) = sphere.points.row(7);
+  twice.normals.row(n) = -sphere.normals.row(7);
+  const CurvatureField f = surface_curvature(sgrt::Run{}, twice, {});
+  for (const std::int64_t i : {std::int64_t{7}, static_cast<std::int64_t>(n)}) {
+    EXPECT_EQ(f.reason[static_cast<std::size_t>(i)], static_cast<std::uint8_t>(CurvatureReason::kDisagree));
+    EXPECT_TRUE(std::isnan(f.mean[i]) && std::isnan(f.sigma_k1[i]) && std::isnan(f.normals(i, 0)));
+  }
+  EXPECT_EQ(f.known, n - 1);
+  Surface chance = sphere;
+  test::Draw draw(5);
+  for (std::int64_t i = 0; i < n; ++i) {
+    Vec3 v(test::normal_draw(draw), test::normal_draw(draw), test::normal_draw(draw));
+    chance.normals.row(i) = v.normalized().transpose();
+  }
+  EXPECT_LT(surface_curvature(sgrt::Run{}, chance, {}).known, n / 50);
+}
+
+// A closed surface inside the disc has no border that would say so.
+TEST(ShapeCurvature, ScaleLargerThanAClosedSurface) {
+  const test::Known e = test::ellipsoid_cloud(20, 10, 1.2);
+  CurvatureOptions o;
+  for (const double radius : {60.0, 1e4}) {
+    o.radius = radius;
+    const CurvatureField f = surface_curvature(sgrt::Run{}, e.surface, o);
+    EXPECT_EQ(f.known, 0) << radius;
+  }
 }
 
 TEST(ShapeCurvature, MeshWithZeroAreaAndNonManifoldFaces) {
