@@ -25,6 +25,7 @@ constexpr double kValleyBias = 0.2;               // the same of a valley, one s
 constexpr double kStray = 1;                      // of the scale: a peak further from where it was seen is another
 constexpr double kUnlikeLaw = 0.3;                // of the bias: how far it is from growing as said
 constexpr double kRest = 0.7;                     // of the bias, that the scales together do not tell
+constexpr double kLeastLeft = 0.25;               // of a form's curvature squared in a disc
 constexpr double kAgree = 2.5;                    // sigmas between two scales of one extremum
 constexpr double kMostBias = 0.2;                 // of R: the most of that
 
@@ -197,7 +198,9 @@ Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec
   const Vec3 normal = first.found() ? first.normal : outward;
   const Eigen::Matrix<double, 2, 3> plane = tangent_plane(normal);
   const auto hit = scene.nearest.nearest(x, scene.scale);
-  const double C = hit.index < 0 ? 0 : curvedness(scene.field().k1[hit.index], scene.field().k2[hit.index]);
+  const double seen = hit.index < 0 ? 0 : curvedness(scene.field().k1[hit.index], scene.field().k2[hit.index]);
+  // What a disc of radius R leaves of a form of curvedness C, C / sqrt(1 + C^2 R^2), taken back.
+  const double C = seen / std::sqrt(std::max(1 - square(seen * scene.scale), kLeastLeft));
   const double form = sign > 0 ? kCapBias : kValleyBias;
   std::vector<Rung> rungs;
   std::size_t best = 0;
@@ -223,7 +226,7 @@ Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec
               rungs.end());
   std::reverse(rungs.begin(), rungs.end());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(plane * found.covariance * plane.transpose());
-  const double rest = 0.5 * std::pow(kRest * kValleyBias * std::min(C * std::pow(radius, 2), radius), 2);
+  const double rest = 0.5 * square(kRest * kValleyBias * std::min(C * square(radius), radius));
   Peak out = found;
   out.covariance = normal.dot(found.covariance * normal) * normal * normal.transpose();
   for (int k = 0; k < 2; ++k) {

@@ -96,7 +96,7 @@ def test_places_of_a_noisy_reference_are_extrema(body, skin):
 
 def test_another_persons_head_is_refused(body, own):
     """Not the patient, whatever the pose: the landmarks are alike, the skin about them is not."""
-    wide = replace(body, bumps=tuple(replace(b, centre=(1.12 * b.centre[0], *b.centre[1:])) for b in body.bumps))
+    wide = replace(body, bumps=tuple(replace(b, centre=(1.2 * b.centre[0], *b.centre[1:])) for b in body.bumps))
     points, _ = wide.mesh(2.0)
     points = points[(points[:, 2] > 0) & (points[:, 1] > -130)]
     other = view((points, wide.normal(points)), turn((0, 1, 0), 20), 0.5, 7)
