@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import sgrt
+from sgrt.twin import raycast
 from sgrt.twin.bodies import head
 from sgrt.twin.phantom import Blob, Phantom
 
@@ -78,18 +79,22 @@ def view(body: Phantom, rotation: np.ndarray, noise: float, pitch: float, rng: n
     x, y = np.meshgrid(side + rng.uniform(-0.5, 0.5) * pitch, side[::-1] + rng.uniform(-0.5, 0.5) * pitch)
     origin = np.stack([x.ravel(), y.ravel(), np.full(x.size, 230.0)], -1) @ rotation
     ray = np.array([0.0, 0.0, -1.0]) @ rotation
-    t = np.zeros(len(origin))
-    on = np.arange(len(origin))
-    hit = np.zeros(len(origin), bool)
-    for _ in range(300):
+    start = np.ascontiguousarray(origin, np.float32)
+    found = raycast.scene(body).run(start, np.tile(ray, (len(origin), 1)).astype(np.float32), query="DISTANCE")
+    hit = found < raycast.MISS
+    t = np.where(hit, found, 0.0).astype(float)
+    guess, on = t.copy(), np.flatnonzero(hit)
+    for _ in range(12):  # Newton along the ray; who does not get there grazes the skin
         p = origin[on] + t[on, None] * ray
         f, *g = body.field(*(np.ascontiguousarray(p[:, k]) for k in range(3)))
-        step = np.clip(0.5 * f / np.maximum(np.sqrt(sum(q * q for q in g)), 0.7), -3, 3)
-        t[on] += step
-        hit[on[np.abs(step) < 1e-5]] = True
-        on = on[(np.abs(step) >= 1e-5) & (t[on] < 420)]
+        slope = np.minimum(sum(q * r for q, r in zip(g, ray, strict=True)), -1e-12)
+        step = np.clip(f / slope, -2, 2)
+        t[on] -= step
+        on = on[np.abs(step) >= 1e-6]
         if not on.size:
             break
+    hit[on] = False
+    hit &= np.abs(t - guess) < raycast.STRAY_MM
     points = (origin + t[:, None] * ray) @ rotation.T
     points[:, 2] += noise * rng.normal(size=len(points))
     points[~hit] = np.nan

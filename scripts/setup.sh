@@ -3,12 +3,14 @@
 # is: Debian packages, the virtual environment .venv, and the package itself, built in build/dev.
 
 build_packages=(g++ cmake ninja-build ccache pkg-config libeigen3-dev libflann-dev liblz4-dev libceres-dev
-  nlohmann-json3-dev libgtest-dev)
+  nlohmann-json3-dev libgtest-dev locales)
 python_packages=(python3-venv python3-dev)
 # shellcheck disable=SC2034 # scripts/test uses it
 lint_packages=(clang-format shellcheck)
 # shellcheck disable=SC2034 # scripts/test and scripts/verify use it: sanitizers, fuzzing
-clang_packages=(clang-15 libclang-rt-15-dev)
+clang_packages=(clang-15)
+# shellcheck disable=SC2034 # scripts/verify uses it: what tests/python/test_beside_others.py loads from Debian
+peer_packages=(python3-torch libpcl-registration1.13 libceres-dev libflann-dev libgomp1)
 venv=$PWD/.venv
 
 # need_packages PACKAGE...: by apt, with sudo where not root.
@@ -86,4 +88,11 @@ need_sgrt() {
 install_sgrt() {
   echo "-- building sgrt in build/dev"
   "$venv/bin/pip" install -q --no-build-isolation --no-deps -e . --config-settings=build-dir=build/dev
+}
+
+# Libraries that a product may have in the same process, in an environment of their own: .venv-peers, which the benchmarks use
+# too.
+need_peers() {
+  [[ -x .venv-peers/bin/pip ]] || /usr/bin/python3 -m venv .venv-peers
+  .venv-peers/bin/pip install -q -r benchmarks/peers.txt scikit-learn pyceres
 }

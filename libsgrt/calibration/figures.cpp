@@ -157,7 +157,7 @@ void describe_volume(CalibrationResult& r) {
 }
 
 void warn_of(const CalibrationData& data, int camera, double pattern, CalibrationResult& r) {
-  constexpr double kCoverage = 0.6, kSpreadDeg = 30, kDistances = 1.25, kPattern = 3, kPoor = 0.5;
+  constexpr double kCoverage = 0.6, kSpreadDeg = 30, kDistances = 1.25, kPattern = 3, kPoor = 0.5, kMostOut = 0.05;
   const CameraFigures& f = r.cameras[camera];
   const std::string name = "camera " + in_quotes(data.cameras[camera].id) + ": ";
   const auto warn = [&](const std::string& text) { r.warnings.push_back(name + text); };
@@ -172,6 +172,11 @@ void warn_of(const CalibrationData& data, int camera, double pattern, Calibratio
     warn("few distances, " + rounded(f.distance_min, 0) + " to " + rounded(f.distance_max, 0) +
          " mm, expected a range of 1.5 to 1");
   if (f.rms > kPoor) warn("RMS " + rounded(f.rms, 3) + " px, above 0.5 px a calibration is to be rejected");
+  const auto of_camera = [&](const Discarded& d) { return d.camera == camera && d.point >= 0; };
+  const auto out = static_cast<double>(std::count_if(r.discarded.begin(), r.discarded.end(), of_camera));
+  if (out > kMostOut * (f.corners + out))
+    warn(rounded(out, 0) + " corners of " + rounded(f.corners + out, 0) +
+         " do not fit, expected one in a hundred at most: are the points named as the board is?");
   if (pattern > kPattern)
     warn("the residuals leave a pattern over the image, " + rounded(pattern, 1) +
          " times what noise leaves: the lens model lacks a term, or the board is not what was told");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/blunders.hpp"
 #include "core/error.hpp"
 
 namespace sgrt {
@@ -79,9 +80,13 @@ double orthogonality_cost(const std::vector<Mat3>& centred, double f) {
 }  // namespace
 
 std::optional<Mat3> homography_of(const Target& target, const View& view) {
-  if (view.index.size() < 4) return std::nullopt;
-  std::vector<Vec2> from, to = view.pixel;
-  for (int i : view.index) from.emplace_back(target.points.row(i).head<2>());
+  std::vector<Vec2> from, to;
+  for (std::size_t i = 0; i < view.index.size(); ++i) {
+    if (!(view.weight[i] > 0)) continue;
+    from.emplace_back(target.points.row(view.index[i]).head<2>());
+    to.push_back(view.pixel[i]);
+  }
+  if (from.size() < 4) return std::nullopt;
   const Mat3 N = normaliser(from), M = normaliser(to);
   Eigen::Matrix<double, 9, 9> gram = Eigen::Matrix<double, 9, 9>::Zero();
   for (std::size_t i = 0; i < from.size(); ++i) {
@@ -100,7 +105,8 @@ std::optional<Mat3> homography_of(const Target& target, const View& view) {
   return H;
 }
 
-std::optional<Pose> plane_pose(const Target& target, const Camera& camera, const View& view) {
+std::optional<Pose> plane_pose(const Target& target, const Camera& camera, const View& seen) {
+  const View view = without_blunders(target, seen);
   const std::optional<Mat3> H = homography_of(target, view);
   if (!H) return std::nullopt;
   double cost, other_cost;
@@ -115,7 +121,8 @@ double first_focal_length(const Target& target, const std::vector<View>& views, 
   Mat3 C = Mat3::Identity();
   C(0, 2) = -(width - 1) / 2.0;
   C(1, 2) = -(height - 1) / 2.0;
-  for (const View& view : views) {
+  for (const View& seen : views) {
+    const View view = without_blunders(target, seen);
     if (const auto H = homography_of(target, view)) centred.emplace_back(C * *H);
   }
   // From a field of 127 degrees to one of 3; the cost is smooth in log f, so steps of 3 % find its valley.

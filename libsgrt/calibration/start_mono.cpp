@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/blunders.hpp"
 #include "calibration/initial.hpp"
 #include "calibration/start.hpp"
 #include "calibration/text.hpp"
@@ -112,7 +113,7 @@ Mono calibrate_alone(const Run& run, const CalibrationData& data, const Calibrat
   for (const View& view : own) {
     const auto pose = plane_pose(target, mono.camera, view);
     if (pose) {
-      mono.views.push_back(view);
+      mono.views.push_back(without_blunders(target, view));
       mono.camera_from_target.push_back(*pose);
     } else {
       discarded.push_back({camera, view.placement, -1, std::nan(""), "no pose of the board explains its points"});

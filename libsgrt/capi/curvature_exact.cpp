@@ -85,7 +85,8 @@ void check_samples(const sgrt_curvature_samples& samples, std::int64_t n, const 
 }
 
 void write_samples(const sgrt_curvature_samples& samples, const std::vector<Curvature>& values) {
-  std::vector<std::uint8_t> hk;  // first, as it takes memory
+  std::vector<std::uint8_t> hk;  // all memory first: nothing is written when it ends
+  std::vector<double> numbers(3 * values.size());
   hk.reserve(values.size());
   // Exact curvature: zero is rounding.
   for (const Curvature& c : values) {
@@ -94,15 +95,14 @@ void write_samples(const sgrt_curvature_samples& samples, const std::vector<Curv
   }
   for (const WantedNumber& w : kNumbers) {
     if (absent(&(samples.*w.view))) continue;
-    fill_output(samples.*w.view, [&](double* out) {
-      for (const Curvature& c : values) *out++ = c.*w.number;
-    });
+    std::transform(values.begin(), values.end(), numbers.begin(), [&](const Curvature& c) { return c.*w.number; });
+    write_view(samples.*w.view, numbers.data());
   }
   for (const WantedVector& w : kVectors) {
     if (absent(&(samples.*w.view))) continue;
-    fill_output(samples.*w.view, [&](double* out) {
-      for (const Curvature& c : values) out = std::copy_n((c.*w.vector).data(), 3, out);
-    });
+    double* to = numbers.data();
+    for (const Curvature& c : values) to = std::copy_n((c.*w.vector).data(), 3, to);
+    write_view(samples.*w.view, numbers.data());
   }
   if (!absent(&samples.hk)) write_view(samples.hk, hk.data());
 }

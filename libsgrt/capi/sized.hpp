@@ -28,6 +28,14 @@ void check_size(std::size_t size, const char* name) {
                                      ", expected the struct's size in bytes as this library knows it, " + known);
 }
 
+// The size that a caller's struct says it has. Read by itself: an older caller's struct is no whole T.
+template <class T>
+std::uint32_t size_of(const T* given) {
+  std::uint32_t size = 0;
+  std::memcpy(&size, static_cast<const void*>(given), sizeof size);
+  return size;
+}
+
 // Writes `defaults` as far as the caller's struct of `size` bytes goes.
 template <class T>
 void init_struct(T* out, std::size_t size, T defaults, const char* name) {
@@ -41,8 +49,8 @@ void init_struct(T* out, std::size_t size, T defaults, const char* name) {
 template <class T>
 T read_struct(const T* given, T defaults, const char* size_name) {
   if (!given) return defaults;
-  check_size<T>(given->struct_size, size_name);
-  std::memcpy(static_cast<void*>(&defaults), given, given->struct_size);
+  check_size<T>(size_of(given), size_name);
+  std::memcpy(static_cast<void*>(&defaults), given, size_of(given));
   return defaults;
 }
 
@@ -50,15 +58,15 @@ T read_struct(const T* given, T defaults, const char* size_name) {
 // matters.
 template <class T>
 void check_result(const T* out, const char* size_name) {
-  if (out) check_size<T>(out->struct_size, size_name);
+  if (out) check_size<T>(size_of(out), size_name);
 }
 
 // Fills as much as the caller knows of; its struct_size stays. NULL: nothing.
 template <class T>
 void write_struct(T* out, T value) {
   if (!out) return;
-  value.struct_size = out->struct_size;
-  std::memcpy(static_cast<void*>(out), &value, out->struct_size);
+  value.struct_size = size_of(out);
+  std::memcpy(static_cast<void*>(out), &value, value.struct_size);
 }
 
 }  // namespace sgrt

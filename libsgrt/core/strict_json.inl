@@ -150,12 +150,4 @@ inline JsonTree parse_json(const char* text, std::size_t size, const char* name)
   return JsonTree(std::move(builder.root));
 }
 
-inline std::string json_text(const Json& json, const char* name) {
-  try {
-    return json.dump(2);
-  } catch (const nlohmann::detail::exception&) {
-    fail(Status::kInvalidArgument, name + std::string(": a text that is not UTF-8"));
-  }
-}
-
 }  // namespace sgrt

@@ -14,7 +14,6 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::int64_t kSubset = 2000;
 constexpr int kEnoughSurfels = 40;  // a level of fewer has lost the shape
-constexpr double kNear = 10;        // mm: a start that good needs fewer
 constexpr int kRoundsPerLevel = 12;
 constexpr double kLeastScale = 0.02;  // mm: closer than this residuals are not told apart on the way
 // A step this many sigmas long does not matter; and that much may stay undecided where the steps go to and fro.

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
-#include "core/strict_json.inl"
+#include "core/note_json.inl"
 #include "rig/laser.hpp"
 
 namespace sgrt {
@@ -86,8 +86,8 @@ JsonTree lasers_of(const Rig& rig) {
   return JsonTree(std::move(tree.root.at("lasers")));
 }
 
-Json list(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
+Note list(const Vec3& v) {
+  return Note::list(v.x(), v.y(), v.z());
 }
 
 }  // namespace
@@ -119,25 +119,23 @@ std::string rig_with_laser(const Rig& rig, const LaserUnit& u, const RigUncertai
   Rig changed = rig;
   changed.uncertainty = uncertainty;
   const std::string text = rig_to_json(changed);
-  JsonTree tree = parse_json(text.data(), text.size(), "rig");
-  Json& json = tree.root;
-  Json item = Json::object();
-  Json lasers = Json::array();
-  if (json.contains("lasers")) {
-    for (const Json& other : json.at("lasers")) {
-      if (other.is_object() && other.contains("id") && is_text(other.at("id"), u.id)) {
-        item = other;
-      } else {
-        lasers.push_back(other);
-      }
-    }
+  Note json = note_of(parse_json(text.data(), text.size(), "rig").root);
+  Note item = Note::object(), lasers = Note::list();
+  const Note* all = json.find("lasers");
+  for (std::size_t i = 0; all && i < all->size(); ++i) {
+    const Note* id = all->item(i).find("id");
+    if (id && id->is_text(u.id))
+      item = all->item(i);
+    else
+      lasers.add(all->item(i));
   }
   item["id"] = u.id;
   item["camera"] = rig.cameras[static_cast<std::size_t>(u.camera)].id;
-  item["fan"]["point"] = list(u.fan_point);
-  item["fan"]["normal"] = list(u.fan_normal);
+  Note& fan = item["fan"];
+  fan["point"] = list(u.fan_point);
+  fan["normal"] = list(u.fan_normal);
   if (u.mirror) {
-    Json& mirror = item["mirror"];
+    Note& mirror = item["mirror"];
     mirror["axis_point"] = list(u.axis_point);
     mirror["axis_direction"] = list(u.axis_direction);
     mirror["normal_at_zero"] = list(u.normal_at_zero);
@@ -147,9 +145,9 @@ std::string rig_with_laser(const Rig& rig, const LaserUnit& u, const RigUncertai
   } else {
     item.erase("mirror");
   }
-  lasers.push_back(std::move(item));
+  lasers.add(std::move(item));
   json["lasers"] = std::move(lasers);
-  return json_text(json, "rig");
+  return note_text(json, "rig");
 }
 
 }  // namespace sgrt

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "core/strict_json.inl"
+#include "core/note_json.inl"
 #include "rig/rig.hpp"
 #include "rig/tof_unit.hpp"
 
@@ -228,12 +228,16 @@ bool same(const Rig& a, const Rig& b) {
          std::equal(a.tofs.begin(), a.tofs.end(), b.tofs.begin(), b.tofs.end(), equal);
 }
 
-// The object of `list` with this id, so that its unknown keys stay; else a new one.
-Json with_id(const Json& list, const std::string& id) {
-  for (const Json& item : list) {
-    if (is_text(item.at("id"), id)) return item;
+// The object of the list with this id, so that its unknown keys stay; else a new one.
+Note with_id(const Note& document, const char* list, const std::string& id) {
+  const Note* all = document.find(list);
+  for (std::size_t i = 0; all && i < all->size(); ++i) {
+    const Note* own = all->item(i).find("id");
+    if (own && own->is_text(id)) return all->item(i);
   }
-  return Json{{"id", id}};
+  Note item;
+  item["id"] = id;
+  return item;
 }
 
 const std::string& id_of(const Rig& rig, int camera) {
@@ -242,32 +246,33 @@ const std::string& id_of(const Rig& rig, int camera) {
   return rig.cameras[static_cast<std::size_t>(camera)].id;
 }
 
-void write_camera(const Camera& camera, Json& json) {
-  json["image_size"] = {camera.width, camera.height};
+void write_camera(const Camera& camera, Note& json) {
+  json["image_size"] = Note::list(camera.width, camera.height);
   json["model"] = model_of(camera);
-  json["intrinsics"] = {camera.fx, camera.fy, camera.cx, camera.cy};
+  json["intrinsics"] = Note::list(camera.fx, camera.fy, camera.cx, camera.cy);
   json.erase("distortion");
   if (camera.distortion_count > 0) {
     json["distortion"] =
         std::vector<double>(camera.distortion.begin(), camera.distortion.begin() + camera.distortion_count);
   }
   const Mat4 T = camera.camera_from_room.matrix();
-  Json rows = Json::array();
-  for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
-  json["camera_from_room"] = rows;
+  Note rows = Note::list();
+  for (int i = 0; i < 4; ++i) rows.add(Note::list(T(i, 0), T(i, 1), T(i, 2), T(i, 3)));
+  json["camera_from_room"] = std::move(rows);
 }
 
-void write_uncertainty(const RigUncertainty& u, Json& json) {
+void write_uncertainty(const RigUncertainty& u, Note& json) {
   if (u.parameters.empty()) {
     json.erase("uncertainty");
     return;
   }
-  Json modes = Json::array();
+  Note modes = Note::list();
   for (Eigen::Index i = 0; i < u.modes.cols(); ++i)
-    modes.push_back(std::vector<double>(u.modes.col(i).begin(), u.modes.col(i).end()));
-  json["uncertainty"]["parameters"] = u.parameters;
-  json["uncertainty"]["modes"] = std::move(modes);
-  if (u.residual_px > 0) json["uncertainty"]["residual_px"] = u.residual_px;
+    modes.add(std::vector<double>(u.modes.col(i).begin(), u.modes.col(i).end()));
+  Note& uncertainty = json["uncertainty"];
+  uncertainty["parameters"] = u.parameters;
+  uncertainty["modes"] = std::move(modes);
+  if (u.residual_px > 0) uncertainty["residual_px"] = u.residual_px;
 }
 
 }  // namespace
@@ -280,49 +285,45 @@ Rig rig_from_json(const char* text, std::size_t size) {
 
 // Unchanged since it was read: the text as it was. Else the known fields are written over it.
 std::string rig_to_json(const Rig& rig) {
-  JsonTree tree(Json::object());
+  Note json;
   Rig before;
   if (!rig.document.empty()) {
     const JsonTree read = parse_json(rig.document.data(), rig.document.size(), "rig");
     before = rig_of(read.root);
     if (same(rig, before)) return rig.document;
-    tree.root = read.root;
+    json = note_of(read.root);
   }
-  Json& json = tree.root;
-  Json copy = json;
-  const JsonTree before_it(std::move(copy));
-  const Json& old = before_it.root;
+  const Note old = json;
   json["schema"] = kSchema;
   json["id"] = rig.id;
   json["room"] = rig.room;
-  Json cameras = Json::array(), pairs = Json::array();
+  Note cameras = Note::list(), pairs = Note::list(), tofs = Note::list();
   for (const Camera& camera : rig.cameras) {
-    Json item = with_id(old.value("cameras", Json::array()), camera.id);
+    Note item = with_id(old, "cameras", camera.id);
     const auto was =
         std::find_if(before.cameras.begin(), before.cameras.end(), [&](const Camera& c) { return same(c, camera); });
     if (was == before.cameras.end()) write_camera(camera, item);  // else its own digits stay
-    cameras.push_back(std::move(item));
+    cameras.add(std::move(item));
   }
   for (const StereoPair& pair : rig.pairs) {
-    Json item = with_id(old.value("pairs", Json::array()), pair.id);
+    Note item = with_id(old, "pairs", pair.id);
     item["left"] = id_of(rig, pair.left);
     item["right"] = id_of(rig, pair.right);
-    pairs.push_back(std::move(item));
+    pairs.add(std::move(item));
   }
   json["cameras"] = std::move(cameras);
   json["pairs"] = std::move(pairs);
-  Json tofs = Json::array();
   for (const TofUnit& unit : rig.tofs) {
-    Json item = with_id(old.value("tofs", Json::array()), unit.id);
+    Note item = with_id(old, "tofs", unit.id);
     const bool changed =
         std::none_of(before.tofs.begin(), before.tofs.end(), [&](const TofUnit& u) { return same(u, unit); });
     if (changed) write_tof(unit, id_of(rig, unit.camera), item);
-    tofs.push_back(std::move(item));
+    tofs.add(std::move(item));
   }
   json.erase("tofs");
-  if (!tofs.empty()) json["tofs"] = std::move(tofs);
+  if (tofs.size() > 0) json["tofs"] = std::move(tofs);
   if (!same(rig.uncertainty, before.uncertainty)) write_uncertainty(rig.uncertainty, json);
-  const std::string text = json_text(json, "rig");
+  const std::string text = note_text(json, "rig");
   rig_of(parse_json(text.data(), text.size(), "rig").root);  // it can be read: a rig made in memory is checked here
   return text;
 }

@@ -96,7 +96,7 @@ bool same(const TofUnit& a, const TofUnit& b) {
          a.pixel_offset_file == b.pixel_offset_file;
 }
 
-void write_correction(Json& json, const char* key, const char* knots_key, const std::vector<double>& knots,
+void write_correction(Note& json, const char* key, const char* knots_key, const std::vector<double>& knots,
                       const std::vector<double>& errors) {
   if (knots.empty()) {
     json.erase(key);
@@ -106,7 +106,7 @@ void write_correction(Json& json, const char* key, const char* knots_key, const 
   json[key]["error_mm"] = errors;
 }
 
-void write_tof(const TofUnit& t, const std::string& camera, Json& json) {
+void write_tof(const TofUnit& t, const std::string& camera, Note& json) {
   json["camera"] = camera;
   json["modulation_hz"] = t.modulation_hz;
   json["tap_phase_rad"] = t.tap_phase_rad;

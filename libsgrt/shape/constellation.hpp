@@ -13,7 +13,8 @@ namespace sgrt {
 struct Match {
   Pose pose;  // live from model, the model first scaled by size
   double size = 1;
-  double score = 0;  // 0 to 1, of the points whose place is seen
+  double score = 0;     // 0 to 1, of the points whose place is seen
+  double evidence = 0;  // for this pose against any other, nepers
   int seen = 0, matched = 0;
   std::vector<int> candidate;  // of each point, or -1
   std::vector<double> value;   // 0 to 1: how well it fits

@@ -18,6 +18,15 @@ constexpr Row kRows[] = {
     {"eye_inner", 16.5, 35, -30, 0, 0, 1, -0.07, -0.09, 3.5},
 };
 
+// Forehead, cheek bones and the corners of the mouth, in the same frame.
+struct SkinRow {
+  double x, y, z, nx, ny, nz, sigma;
+};
+constexpr SkinRow kSkin[] = {
+    {0, 73, -25, 0, 0.2, 1, 8},     {20, 72, -28, 0.25, 0.2, 0.95, 8},  {40, 75, -37, 0.5, 0.15, 0.85, 8},
+    {48, 1, -40, 0.65, 0, 0.75, 7}, {32, -36, -35, 0.45, -0.1, 0.9, 7},
+};
+
 LandmarkPoint point_of(const Row& r, const std::string& name, double side) {
   LandmarkPoint p;
   p.name = name;
@@ -41,6 +50,10 @@ LandmarkModel head_model() {
       m.points.push_back(point_of(r, std::string(r.name) + "_left", 1));
       m.points.push_back(point_of(r, std::string(r.name) + "_right", -1));
     }
+  }
+  for (const SkinRow& r : kSkin) {
+    m.skin.push_back({Vec3(r.x, r.y, r.z), Vec3(r.nx, r.ny, r.nz).normalized(), r.sigma});
+    if (r.x > 0) m.skin.push_back({Vec3(-r.x, r.y, r.z), Vec3(-r.nx, r.ny, r.nz).normalized(), r.sigma});
   }
   return m;
 }

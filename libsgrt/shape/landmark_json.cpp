@@ -1,5 +1,6 @@
 // Landmark models as text, schema "sgrt-landmark-model/1": id, scale_mm, size_range, patch_spacing_mm, patch_sigma_mm,
-// and points of name, position_mm, normal, k1_per_mm, k2_per_mm, sigma_mm and patch_mm.
+// and points of name, position_mm, normal, k1_per_mm, k2_per_mm, sigma_mm and patch_mm, and skin of position_mm, normal
+// and sigma_mm.
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -69,6 +70,12 @@ LandmarkPoint point_of(const Json& j, const std::string& path) {
   return p;
 }
 
+SkinPlace skin_of(const Json& j, const std::string& path) {
+  if (!j.is_object()) refuse(path.substr(0, path.size() - 1) + ": expected an object, got " + j.type_name());
+  return {vector(member(j, "position_mm", path), path + "position_mm"),
+          vector(member(j, "normal", path), path + "normal"), number(member(j, "sigma_mm", path), path + "sigma_mm")};
+}
+
 Json json_of(const Vec3& v) {
   return Json::array({v[0], v[1], v[2]});
 }
@@ -107,6 +114,14 @@ void check_model(const LandmarkModel& m) {
       refuse(path + "place_covariance_mm2: expected a covariance of up to 1e4 mm2");
     if (!within(p.patch, kMaxCoordinate)) refuse(path + "patch_mm: expected within 1e5 mm");
   }
+  for (std::size_t i = 0; i < m.skin.size(); ++i) {
+    const SkinPlace& p = m.skin[i];
+    const std::string path = "skin[" + std::to_string(i) + "].";
+    if (!within(p.position, kMaxCoordinate)) refuse(path + "position_mm: expected within 1e5 mm");
+    if (!(std::abs(p.normal.norm() - 1) < 1e-3)) refuse(path + "normal: expected a unit vector");
+    if (!(p.sigma > 0 && p.sigma <= 100))
+      refuse(path + "sigma_mm: " + text_of(p.sigma) + ", expected above 0, up to 100");
+  }
 }
 
 std::string model_to_json(const LandmarkModel& m) {
@@ -135,6 +150,8 @@ std::string model_to_json(const LandmarkModel& m) {
     }
     j["points"].push_back(std::move(q));
   }
+  for (const SkinPlace& p : m.skin)
+    j["skin"].push_back({{"position_mm", json_of(p.position)}, {"normal", json_of(p.normal)}, {"sigma_mm", p.sigma}});
   return j.dump();
 }
 
@@ -156,6 +173,12 @@ LandmarkModel model_from_json(const char* text_begin, std::size_t size) {
   m.points.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     m.points.push_back(point_of(points[i], "points[" + std::to_string(i) + "]."));
+  if (const auto skin = j.find("skin"); skin != j.end()) {
+    if (!skin->is_array() || skin->size() > kMaxLandmarks) refuse("skin: expected up to 64 places");
+    m.skin.reserve(skin->size());
+    for (std::size_t i = 0; i < skin->size(); ++i)
+      m.skin.push_back(skin_of((*skin)[i], "skin[" + std::to_string(i) + "]."));
+  }
   check_model(m);
   return m;
 }

@@ -26,6 +26,12 @@ inline int sign_of(const LandmarkPoint& p) {
   return p.k1 + p.k2 > 0 ? 1 : -1;
 }
 
+// Where there is skin that has no landmark: what keeps a face from fitting a neck.
+struct SkinPlace {
+  Vec3 position, normal;  // as a landmark's
+  double sigma;           // mm, along the normal, from patient to patient
+};
+
 struct LandmarkModel {
   std::string id;
   double scale = 6;          // mm: radius of the disc at which the curvatures hold
@@ -33,6 +39,7 @@ struct LandmarkModel {
   double patch_spacing = 0;  // mm, of the patches' points
   double patch_sigma = 0;    // mm, of the reference's own surface under them
   std::vector<LandmarkPoint> points;
+  std::vector<SkinPlace> skin;
 };
 
 constexpr std::size_t kMaxLandmarks = 64;

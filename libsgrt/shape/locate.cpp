@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "shape/constellation.hpp"
+#include "shape/match_score.hpp"
 #include "shape/patches.hpp"
 #include "shape/scene.hpp"
 
@@ -14,6 +15,9 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAmbiguous = 0.9;  // a runner-up so near the best
+constexpr double kClear = 4;        // nepers of evidence from the next pose
+constexpr double kClearAlike = 7;
+constexpr double kAlike = 0.92;     // of the best score, of another pose that looks as well
 constexpr double kShown = 0.75;     // share of the landmarks in view from which chance is no more a rival
 constexpr double kChance = 0.2;     // what it takes off, with none in view
 constexpr std::size_t kTried = 12;  // matches that are first held against the reference's skin
@@ -64,14 +68,6 @@ Mat3 slack_at(const LandmarkScene& scene, const LandmarkModel& model, const Matc
   }
   const auto J = jacobian(x);
   return J * information.inverse() * J.transpose();
-}
-
-// Another landmark has the same extremum with more right.
-bool taken(const Match& match, std::size_t i) {
-  for (std::size_t j = 0; j < match.candidate.size(); ++j) {
-    if (j != i && match.candidate[j] == match.candidate[i] && match.value[j] > match.value[i]) return true;
-  }
-  return false;
 }
 
 // The skin nearest to x that looks as the landmark does: another part of the body may lie nearer.
@@ -167,8 +163,14 @@ void by_constellation(const Run& run, LandmarkScene& scene, const LandmarkModel&
                        rounded(least) + " and " + std::to_string(options.min_points) + " matches are needed)");
     return;
   }
-  out.runner_up_score = matches.size() > 1 ? matches[1].score : 0;
-  if (out.runner_up_score > most_of_a_rival(model, out.seen) * out.score) {
+  // Another pose must have less evidence by far, and must not look as well either.
+  bool clear = true;
+  for (std::size_t k = 1; k < matches.size(); ++k) {
+    out.runner_up_score = std::max(out.runner_up_score, matches[k].score);
+    const bool alike = matches[k].score > kAlike * out.score;
+    clear = clear && matches[0].evidence - matches[k].evidence > (alike ? kClearAlike : kClear);
+  }
+  if (!clear) {
     not_found(out, "the landmarks fit in two ways (scores " + rounded(out.score) + " and " +
                        rounded(out.runner_up_score) + ")");
     return;

@@ -232,9 +232,9 @@ void match_grid(const Run& run, const RectifiedImage& left, const RectifiedImage
   const Matcher matcher(run, left, right, options);
   work.nodes = make_nodes(left.value.width, left.value.height, options.window);
   if (work.window != options.window) {
-    work.window = options.window;
     work.noise_of_bend = bending_noise(options.window, work.nodes.stride);
     work.noise_of_small = bending_noise(small_window(options.window), work.nodes.stride);
+    work.window = options.window;  // last: where memory ends before, they are made again
   }
   solve_nodes(run, matcher, left, right, coarse, work);
   dense_step(run, left, work.warp, grid, {options.window, matcher.min_variance, matcher.damping, nullptr},

@@ -247,6 +247,9 @@ BASE(sgrt_curvature_nurbs_surface) {
   for (sgrt_mut_view* v : {&s->k1, &s->k2, &s->mean, &s->gauss, &s->shape_index, &s->curvedness})
     *v = *out_view(SGRT_F64, {4});
   for (sgrt_mut_view* v : {&s->normals, &s->d1, &s->d2}) *v = *out_view(SGRT_F64, {4, 3});
+  s->mean = *out_view(SGRT_F64, {8});  // every other number of eight: what is not contiguous is written another way
+  s->mean.shape[0] = 4;
+  s->mean.strides[0] = 16;
   s->hk = *out_view(SGRT_U8, {4});
   a.uv = uvs();
   a.samples = s;

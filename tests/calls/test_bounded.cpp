@@ -1,7 +1,8 @@
 // Promise 11: a long call can be stopped. Every base call that takes a context is cancelled at its first, its middle
 // and its last poll, and must then give SGRT_E_CANCELLED with its outputs untouched, and its usual bytes when it is
-// called again. Those that do not poll are listed here; they are short. Then shapes that a search tree does not like:
-// all points in one place, on a line, each a hundred times; every call must end, and polls on its way.
+// called again. Those that do not poll are listed here; they are short. A callback that throws is SGRT_E_INTERNAL. Then
+// shapes that a search tree does not like: all points in one place, on a line, each a hundred times; every call must
+// end, and polls on its way.
 //
 //   test_bounded [expected.txt] [--points N]   of the bad shapes, 20,000 unless said; SGRT_SHOW=1 prints each
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <set>
+#include <stdexcept>
 
 #include "args.hpp"
 #include "calls.hpp"
@@ -98,6 +100,39 @@ void check_cancel(const Function& f) {
   sgrt_context_free(context);
 }
 
+// A callback in C++ that throws: the exception stops at the library, as SGRT_E_INTERNAL, and the context works on.
+std::int32_t throws(void* user, double, const char*) {
+  if (*static_cast<int*>(user) == 1) throw std::runtime_error("thrown by a callback");
+  if (*static_cast<int*>(user) == 2) throw 42;
+  return 0;
+}
+
+void check_throw(const Function& f) {
+  int how = 0;
+  sgrt_context_options o;
+  sgrt_context* context = nullptr;
+  sgrt_context_options_init(&o, sizeof o);
+  o.threads = 2;
+  o.progress = throws;
+  o.progress_user = &how;
+  if (sgrt_context_create(&o, &context) != SGRT_OK) std::abort();
+  context_of_calls = context;
+  for (const int kind : {1, 2}) {
+    how = 0;  // not in the making of a session
+    Call call(f);
+    how = kind;
+    const Answer answer = call.run();
+    const char* words = kind == 1 ? "thrown by a callback" : "an exception of an unknown type";
+    if (answer.status != SGRT_E_INTERNAL || std::strcmp(sgrt_last_error(), words))
+      failed(f.name, std::string("a callback that throws gives ") + sgrt_status_word(answer.status));
+    how = 0;
+    const Answer again = call.run();
+    if (again.status == SGRT_E_INTERNAL) failed(f.name, std::string("after a throw: ") + sgrt_last_error());
+  }
+  context_of_calls = nullptr;
+  sgrt_context_free(context);
+}
+
 struct Shape {
   const char* name;
   std::vector<double> points;
@@ -156,7 +191,9 @@ int main(int count, char** arguments) {
   }
   build_world();
   for (const Function& f : functions()) {
-    if (!f.params.empty() && f.params[0].kind == Param::kContext) check_cancel(f);
+    if (f.params.empty() || f.params[0].kind != Param::kContext) continue;
+    check_cancel(f);
+    if (!kNoPolls.count(f.name)) check_throw(f);
   }
   free_world();
   Polls polls;

@@ -2,6 +2,7 @@
 // mask, locale, rounding mode, flush-to-zero, environment, working directory, open files, stdout and stderr. Then the
 // answers in a locale with a decimal comma, after a fork in the middle of a context's life, and 50 loads and unloads of
 // the library.
+#include "../comma_locale.h"
 #include "../sanitizers.h"
 
 #include <dirent.h>
@@ -118,6 +119,12 @@ long resident_kib() {
   return resident * 4;
 }
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kUnloads = false;
+#else
+constexpr bool kUnloads = true;
+#endif
+
 // In a process of its own that is not linked to the library: loads it, works with four threads, unloads it.
 int load_and_unload(const char* library) {
   long first = 0;
@@ -160,13 +167,11 @@ int load_and_unload(const char* library) {
 int main(int count, char** arguments) {
   report = fdopen(dup(2), "w");
   setvbuf(report, nullptr, _IOLBF, 0);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   Dl_info info;  // where the library lies
-  if (dladdr(reinterpret_cast<void*>(sgrt_version), &info)) {
+  if (kUnloads && dladdr(reinterpret_cast<void*>(sgrt_version), &info)) {
     const int code = load_and_unload(info.dli_fname);
     if (code != 0) failed("dlopen", "step " + std::to_string(code));
   }
-#endif
   (void)count, (void)arguments;
   build_world();
   const int quiet = memfd_create("quiet", 0);
@@ -178,9 +183,10 @@ int main(int count, char** arguments) {
   answers.reserve(functions().size());
   for (const Function& f : functions()) answers.push_back(answer_of(f));
   check_all("as it is", answers);
-  bool comma = false;
-  for (const char* name : {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "nl_NL.UTF-8"})
-    comma = comma || setlocale(LC_ALL, name) != nullptr;
+  const bool comma = enter_comma_locale();
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f", 0.5);  // of this process: the library's numbers keep their points
+  if (comma != !std::strcmp(text, "0,5")) failed("the locale", text);
   if (comma) check_all("with a decimal comma", answers);
   setlocale(LC_ALL, "C");
 #if defined(__SSE__)

@@ -182,7 +182,7 @@ static void test_outputs(void) {
 }
 
 static void test_constructors(void) {
-  double x[24] = {0};
+  static double x[24];
   sgrt_view v = sgrt_view_of(x, SGRT_F64, 2, 3, 4);
   sgrt_mut_view m = sgrt_mut_view_of(x, SGRT_F32, 5, 0, 0);
   CHECK(v.ndim == 3 && v.shape[0] == 2 && v.shape[1] == 3 && v.shape[2] == 4);

@@ -1,6 +1,7 @@
 """Promise 9: the library lives beside OpenCV, OpenMP users, Open3D and another Ceres in one process, whichever is
-loaded first, and gives the same bytes as alone. They are looked for in this environment and in .venv-peers (or the
-folder of packages that SGRT_PEERS names); one that is not installed is skipped with that reason."""
+loaded first, and gives the same bytes as alone. They are looked for in this environment, in .venv-peers (or the folder
+of packages that SGRT_PEERS names) and last among Debian's packages; one that is not installed is skipped with that
+reason. `scripts/verify beside` installs them all."""
 
 import hashlib
 import os
@@ -14,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PEERS = [str(folder) for folder in ROOT.glob(".venv-peers/lib/python3*/site-packages")]
 if "SGRT_PEERS" in os.environ:
     PEERS = [os.environ["SGRT_PEERS"]]
+PEERS.append("/usr/lib/python3/dist-packages")
 
 WORK = """
 import hashlib, numpy as np, sgrt
@@ -38,7 +40,7 @@ OTHERS = {
 }
 
 # Libraries of C++ whose names could clash, loaded so that all may bind to them.
-LIBRARIES = ["libceres.so.3", "libgomp.so.1", "libpcl_registration.so", "libflann_cpp.so.1.9"]
+LIBRARIES = ["libceres.so.3", "libgomp.so.1", "libpcl_registration.so.1.13", "libflann_cpp.so.1.9"]
 
 
 def run(code):

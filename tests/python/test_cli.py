@@ -532,3 +532,78 @@ def test_an_error_with_a_click_that_does_not_know_no_arguments(monkeypatch, run)
     monkeypatch.setattr("sgrt.cli.NO_ARGUMENTS", ())
     code, out, err = run("filter", "none.ply", "--out", "out.ply")
     assert (code, out) == (2, "") and err.count("\n") == 1
+
+
+# ---------------------------------------------------------------------------------------------------------------- eval
+
+
+def test_eval(run, tmp_path):
+    ball = tmp_path / "ball.json"
+    ball.write_text(sgrt.NurbsSurface.sphere((10, 20, 30), 50).to_json())
+    out = tmp_path / "grid.ply"
+    code, said, err = run("eval", ball, "--grid", "40x30", "--out", out, "--json")
+    assert (code, err) == (0, "") and json.loads(said)["points"] == 1200
+    grid = io.read_surface(out)
+    off = grid.points.reshape(-1, 3) - (10, 20, 30)
+    np.testing.assert_allclose(np.linalg.norm(off, axis=1), 50, atol=1e-4)
+    known = np.isfinite(grid.normals.reshape(-1, 3)).all(1)  # a pole has none
+    np.testing.assert_allclose(np.abs((off * grid.normals.reshape(-1, 3)).sum(1))[known], 50, atol=1e-3)
+    code, said, _ = run("eval", ball, "--chord-error", "0.5", "--out", tmp_path / "mesh.ply")
+    mesh = io.read_surface(tmp_path / "mesh.ply")
+    assert code == 0 and f"{mesh.point_count} points" in said
+    middles = mesh.points[mesh.faces].mean(1) - (10, 20, 30)
+    assert np.linalg.norm(middles, axis=1).min() > 49.4
+    for wrong in ([], ["--grid", "4x4", "--chord-error", "1"], ["--grid", "4"], ["--grid", "0x4"], ["--grid", "axb"]):
+        code, said, err = run("eval", ball, *wrong, "--out", tmp_path / "no.ply")
+        assert code == 2 and not said and not (tmp_path / "no.ply").exists()
+        one_line_about(err, "grid")
+
+
+def test_references_for_people(run, room, tmp_path):
+    out, store = tmp_path / "kept.ply", tmp_path / "store.sqlite"
+    code, said, _ = run("reference", "captured", room / "reference.ply", "--out", out)
+    assert code == 0 and "points" in said and "as captured" in said
+    code, said, err = run("reference", "captured", out, "--out", out)
+    assert code == 2 and not said
+    one_line_about(err, "is the source itself")
+    code, said, err = run("reference", "captured", room / "reference.ply", "--out", tmp_path / "kept.json")
+    assert code == 2
+    one_line_about(err, "ends in .ply")
+    roi = tmp_path / "roi.json"
+    io.write_roi(roi, sgrt.Roi.box((-100, -100, 0), (100, 100, 300)))
+    place = ["--store", store, "--plan-id", "P1", "--field", "F1"]
+    assert run("reference", "add", out, *place)[0] == 0
+    code, said, _ = run("reference", "add", out, *place, "--roi", roi)
+    assert code == 0 and "P1  F1  v2  captured" in said and said.rstrip().endswith("roi")
+    code, said, _ = run("reference", "list", "--store", store)
+    assert code == 0 and len(said.splitlines()) == 2 and said.splitlines()[0].split()[:4] == ["1", "P1", "F1", "v1"]
+    code, said, _ = run("reference", "show", 2, "--store", store)
+    assert code == 0 and "kind: captured" in said
+    code, said, _ = run("reference", "show", 2, "--store", store, "--json")
+    assert json.loads(said)["roi"]["schema"] == "sgrt-roi/1"
+    code, said, _ = run("reference", "export", 2, "--store", store, "--out", tmp_path / "back.ply")
+    assert code == 0 and str(tmp_path / "back.ply") in said
+    code, said, err = run("reference", "export", 2, "--store", store, "--out", tmp_path / "back.json")
+    assert code == 2
+    one_line_about(err, "ends in .ply")
+
+
+@pytest.mark.parametrize(
+    ("pair", "words"),
+    [
+        ("pod", "expected ID=LEFT,RIGHT"),
+        ("pod=a", "expected ID=LEFT,RIGHT"),
+        ("pod=a,x", "no camera 'x'; there are a, b"),
+        ("pod=a,a", "one camera twice"),
+    ],
+)
+def test_calibrate_names_a_pair_that_is_none(run, tmp_path, pair, words):
+    """Before it looks for an image."""
+    for camera in "ab":
+        (tmp_path / camera).mkdir()
+    cameras = [f"--camera={camera}={tmp_path / camera}" for camera in "ab"]
+    code, said, err = run(
+        "calibrate", "--board", "chessboard:5x4:30", *cameras, "--pair", pair, "--out", tmp_path / "rig.json"
+    )
+    assert code == 2 and not said
+    one_line_about(err, words)

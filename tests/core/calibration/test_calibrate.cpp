@@ -121,6 +121,103 @@ TEST(Calibrate, OutliersAreNamedAndDoNotCount) {
   EXPECT_LT(square / free, 2.5);
 }
 
+// A start by least squares would follow one gross corner of twenty to no answer at all.
+TEST(Calibrate, OneGrossCornerOfTwentyIsDiscarded) {
+  SeenOptions o;
+  o.columns = 5;
+  o.rows = 4;
+  o.square = 60;
+  o.boards = 6;
+  o.spread = 100;
+  o.tilt_deg = 20;
+  for (unsigned seed = 1; seed <= 2; ++seed) {
+    const Seen clean = see(one_pod(), o, seed);
+    const CalibrationResult wanted = calibrate(sgrt::Run{}, clean.data, quick());
+    ASSERT_EQ(wanted.status, Status::kOk) << wanted.message;
+    ASSERT_TRUE(wanted.discarded.empty());
+    for (const double off : {20., 100., 300.}) {
+      for (const bool each : {false, true}) {  // one in all, one on every board
+        Seen seen = clean;
+        std::size_t moved = 0;
+        for (std::size_t i = 0; i < seen.data.sights.size(); ++i) {
+          if (each ? i % 20 != (7 * (i / 20) + seed) % 20 : i != 73 + seed) continue;
+          Vec2& pixel = seen.data.sights[i].pixel;
+          pixel += off * Vec2(pixel.x() < 640 ? 0.8 : -0.8, pixel.y() < 512 ? 0.6 : -0.6);  // stays in the image
+          ++moved;
+        }
+        const CalibrationResult r = calibrate(sgrt::Run{}, seen.data, quick());
+        ASSERT_EQ(r.status, Status::kOk) << r.message;
+        EXPECT_EQ(r.discarded.size(), moved);
+        for (std::size_t c = 0; c < 2; ++c)  // what is left says the same: within three sigma of all corners' answer
+          EXPECT_NEAR(r.rig.cameras[c].fx, wanted.rig.cameras[c].fx, 3 * std::sqrt(wanted.covariance(15 * c, 15 * c)));
+      }
+    }
+  }
+}
+
+TEST(Calibrate, TwoHalvesDifferByWhatIsPredicted) {
+  SeenOptions o;
+  o.boards = 24;
+  Seen seen = see(one_pod(), o, 21);
+  CalibrationOptions options = quick();
+  options.split_half = true;
+  const CalibrationResult r = calibrate(sgrt::Run{}, seen.data, options);
+  ASSERT_EQ(r.status, Status::kOk) << r.message;
+  for (const CameraFigures& f : r.cameras) {
+    EXPECT_GT(f.split_predicted, 0);
+    EXPECT_LT(f.split_rms, 3 * f.split_predicted);
+  }
+  // Every other image through another lens: the two halves are of two rigs.
+  for (Sight& s : seen.data.sights) {
+    const Vec2 off = s.pixel - Vec2(645, 505);
+    if (s.placement % 2 == 1) s.pixel += 0.02 * off.squaredNorm() / (640 * 640) * off;
+  }
+  const CalibrationResult two = calibrate(sgrt::Run{}, seen.data, options);
+  ASSERT_EQ(two.status, Status::kOk) << two.message;
+  EXPECT_GT(two.cameras[0].split_rms, 3 * r.cameras[0].split_rms);
+  EXPECT_TRUE(std::any_of(two.warnings.begin(), two.warnings.end(), [](const std::string& words) {
+    return words.find("two halves of the images differ") != std::string::npos;
+  }));
+  // Too few for halves: said, and no figure.
+  o.boards = 4;
+  const CalibrationResult few = calibrate(sgrt::Run{}, see(one_pod(), o, 22).data, options);
+  ASSERT_EQ(few.status, Status::kOk) << few.message;
+  EXPECT_TRUE(std::isnan(few.cameras[0].split_rms));
+  EXPECT_TRUE(std::any_of(few.warnings.begin(), few.warnings.end(), [](const std::string& words) {
+    return words.find("no comparison of two halves") != std::string::npos;
+  }));
+}
+
+TEST(Calibrate, ImagesThatContradictEachOtherAreTooFew) {
+  SeenOptions o;
+  o.boards = 4;
+  Seen seen = see(one_pod(), o, 6);
+  Draw draw(1);
+  for (Sight& s : seen.data.sights) {  // two of four images are of nothing
+    if (s.placement < 2 && s.camera == 1) s.pixel += Vec2(draw.uniform(), draw.uniform()) * 40;
+  }
+  const CalibrationResult r = calibrate(sgrt::Run{}, seen.data, quick());
+  EXPECT_EQ(r.status, Status::kInsufficientData);
+  EXPECT_NE(r.message.find("'pod1-right'"), std::string::npos) << r.message;
+}
+
+TEST(Calibrate, CornersThatAreNamedWrongAreAWarning) {
+  SeenOptions o;
+  o.boards = 12;
+  Seen seen = see(one_pod(), o, 5);
+  int of_view = 0;
+  for (std::size_t i = 0; i + 1 < seen.data.sights.size(); ++i) {  // three pairs of neighbours change names in each
+    of_view = i > 0 && seen.data.sights[i].placement == seen.data.sights[i - 1].placement ? of_view + 1 : 0;
+    if (of_view % 30 == 4) std::swap(seen.data.sights[i].point, seen.data.sights[i + 1].point);
+  }
+  const CalibrationResult r = calibrate(sgrt::Run{}, seen.data, quick());
+  ASSERT_EQ(r.status, Status::kOk) << r.message;
+  EXPECT_NEAR(r.noise, 0.05, 0.003);
+  EXPECT_TRUE(std::any_of(r.warnings.begin(), r.warnings.end(), [](const std::string& words) {
+    return words.find("corners of") != std::string::npos && words.find("do not fit") != std::string::npos;
+  }));
+}
+
 // REQ-CALIB-002
 TEST(Calibrate, WhatHasNoAnswer) {
   SeenOptions o;

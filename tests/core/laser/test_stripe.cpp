@@ -215,6 +215,30 @@ TEST(Stripe, SaturationKeepsTheCentre) {
 }
 
 // Light that scatters to one side widens that flank; the line is refused rather than shifted.
+// The centroid and the ridge of a clipped stripe, and of one whose window leaves the image.
+TEST(Stripe, CentroidAndRidgeOfAClippedStripe) {
+  for (const StripeMethod method : {StripeMethod::kCentroid, StripeMethod::kRidge}) {
+    Scene s;
+    s.slope_deg = 10;
+    s.peak = 300;
+    s.sigma = 2.5;
+    s.noise = 1;
+    s.height = 200;
+    const Rendered r = render(s, 3);
+    StripeOptions o;
+    o.method = method;
+    o.saturation = 200;  // a row is clipped over 4 px; the flanks are left
+    Rendered clipped = r;
+    for (float& g : clipped.pixels) g = std::min(g, 200.F);
+    clipped.view.data = clipped.pixels.data();
+    const Stripe stripe = extract_stripe(sgrt::Run{}, clipped.view, nullptr, o);
+    const Errors e = errors(s, clipped, stripe);
+    EXPECT_GT(e.count, s.height / 2) << static_cast<int>(method);
+    EXPECT_LT(std::abs(e.bias), 0.05) << static_cast<int>(method);
+    EXPECT_LT(e.rms, 0.15) << static_cast<int>(method);
+  }
+}
+
 TEST(Stripe, LopsidedProfileIsRefused) {
   Scene s;
   s.noise = 0.5;

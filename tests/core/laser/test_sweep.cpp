@@ -192,5 +192,38 @@ TEST(Column, CovarianceAndModesAreWhatNoiseDoes) {
   EXPECT_LT((cut(shifted, plane) - x - m.col(1)).norm(), 1e-3 * m.col(1).norm());
 }
 
+// What the calibration leaves uncertain reaches the surface as modes: the covariance that they add at a point is that
+// of the point's own two parameters. REQ-LASER-003
+TEST(Sweep, TheCalibrationsModesReachTheSurface) {
+  const Rig r = rig();
+  const LaserUnit u = laser_of(r, "s");
+  Sweep sweep(r, u, {});
+  const double readings[] = {0.008, 0.012, 0.016};
+  for (int i = 0; i < 3; ++i) {
+    const std::vector<float> image = image_of_stripe(r.cameras[0], light_plane(u, readings[i]), 7 + i, 2);
+    const ImageView view{image.data(), ImageView::Type::kF32, 60, 200, 200 * sizeof(float), sizeof(float)};
+    sweep.push({}, view, nullptr, readings[i], i);
+  }
+  const LaserResult result = sweep.finish({}, nullptr, std::nan(""));
+  ASSERT_EQ(result.status, Status::kOk) << result.message;
+  ASSERT_EQ(result.surface->modes.size(), 2U);
+  const LaserModes modes = laser_modes(r, u);
+  int seen = 0;
+  for (int i = 0; i < result.height; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const Eigen::Index k = i * result.width + j;
+      const Vec3 x = result.surface->points.row(k);
+      if (!x.allFinite()) continue;
+      const Mat3X own =
+          point_modes(r.cameras[0], modes, light_plane(u, readings[j]), light_plane_jacobian(u, readings[j]), x);
+      Mat3 added = Mat3::Zero();
+      for (const Points& mode : result.surface->modes) added += mode.row(k).transpose() * mode.row(k);
+      EXPECT_LT((added - own * own.transpose()).norm(), 1e-6 * added.norm());
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 100);
+}
+
 }  // namespace
 }  // namespace sgrt

@@ -193,6 +193,28 @@ TEST(NurbsSurface, HigherDerivativesAreDerivativesOfLowerOnes) {
   }
 }
 
+// Beyond the second derivative, where no kernel is: scattered and on a grid the same as one by one.
+TEST(NurbsEvaluator, ThirdDerivatives) {
+  Draw draw(15);
+  const NurbsSurface s = test::draw_surface(draw, 4, 3, 7, 6, true, true);
+  const SurfaceEvaluator evaluator(s);
+  const double us[] = {0.21, 0.5, 0.77}, vs[] = {0.1, 0.9};
+  const int count = derivative_count(3);
+  std::vector<Vec3> scattered(6 * count), grid(6 * count), one(count);
+  std::vector<double> uv;
+  for (const double u : us)
+    for (const double v : vs) uv.insert(uv.end(), {u, v});
+  evaluate_points(sgrt::Run{}, evaluator, uv.data(), 6, 3, scattered[0].data());
+  evaluate_grid(sgrt::Run{}, evaluator, us, 3, vs, 2, 3, grid[0].data());
+  for (int i = 0; i < 6; ++i) {
+    derivatives(s, uv[2 * i], uv[2 * i + 1], 3, one.data());
+    for (int k = 0; k < count; ++k) {
+      EXPECT_EQ(scattered[i * count + k], one[k]);
+      EXPECT_EQ(grid[i * count + k], one[k]);
+    }
+  }
+}
+
 // REQ-DET-005
 TEST(NurbsEvaluator, SameBitsOnGridScatteredAndAnyThreads) {
   Draw draw(6);

@@ -17,7 +17,7 @@ std::string model() {
   return R"({"schema": "sgrt-landmark-model/1", "id": "head", "scale_mm": 6, "size_range": 0.1, "patch_spacing_mm": 2,
              "patch_sigma_mm": 0.3, "points": [)" +
          point("a", R"(, "patch_mm": [[0, 0, 0], [1, 0.5, -0.25]])") + "," + point("b") + "," + point("c") + "," +
-         point("d") + "]}";
+         point("d") + R"(], "skin": [{"position_mm": [4, 5, 6], "normal": [0, 1, 0], "sigma_mm": 7}]})";
 }
 
 LandmarkModel read(const std::string& text) {
@@ -43,6 +43,9 @@ TEST(LandmarkJson, ReadsAndWritesToTheLastBit) {
   ASSERT_EQ(m.points[0].patch.rows(), 2);
   EXPECT_EQ(m.points[0].patch(1, 2), -0.25);
   EXPECT_EQ(m.points[1].patch.rows(), 0);
+  ASSERT_EQ(m.skin.size(), 1U);
+  EXPECT_EQ(m.skin[0].position, Vec3(4, 5, 6));
+  EXPECT_EQ(m.skin[0].sigma, 7);
   LandmarkModel odd = m;
   odd.points[2].k1 = 0.1 + 0.2;
   odd.points[3].sigma = 5e-324;
@@ -77,6 +80,11 @@ TEST(LandmarkJson, EachFieldIsNamed) {
   expect_refused("[[0, 0, 0],", "[[0, 0, 1e6],", "points[0].patch_mm: expected within 1e5 mm");
   expect_refused("[[0, 0, 0],", "[[0, 0],", "points[0].patch_mm[0]: expected three numbers");
   expect_refused("[[0, 0, 0], [1, 0.5, -0.25]]", "7", "points[0].patch_mm: expected up to 4096 points");
+  expect_refused("\"skin\": [", "\"skin\": 1, \"x\": [", "skin: expected up to 64 places");
+  expect_refused("\"skin\": [", "\"skin\": [3,", "skin[0]: expected an object");
+  expect_refused("[4, 5, 6]", "[4, 5, 1e6]", "skin[0].position_mm: expected within 1e5 mm");
+  expect_refused("[0, 1, 0]", "[0, 1, 1]", "skin[0].normal: expected a unit vector");
+  expect_refused("\"sigma_mm\": 7", "\"sigma_mm\": 0", "skin[0].sigma_mm: 0, expected above 0, up to 100");
 }
 
 TEST(LandmarkJson, FewerThanFourPointsAndMoreThanSixtyFour) {

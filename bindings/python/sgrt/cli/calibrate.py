@@ -87,12 +87,7 @@ def _print(report: dict[str, Any], boards: Boards) -> None:
         print(f"warning: {warning}")
 
 
-def _solve(
-    boards: Boards, out: Path | None, pair: tuple[str, ...], model: str, rig_id: str, threads: int
-) -> Calibration:
-    if out is None:
-        raise Failure("--out is missing: the rig.json to write")
-    pairs = _pairs(pair, [name for name, _ in boards.cameras])
+def _solve(boards: Boards, pairs: list[tuple[str, str, str]], model: str, rig_id: str, threads: int) -> Calibration:
     with working(threads) as context:
         return calibration_solve(
             **boards.arguments(), pairs=pairs, rig_id=rig_id, distortion_count=MODELS[model], context=context
@@ -161,11 +156,14 @@ def command(
     check_out(out, report_file, picture)
     target, folders = parse_board(board), named_paths(cameras, "--camera", "FOLDER")
     rig = read_rig(check_file) if check_file else None
+    if rig is None and out is None:
+        raise Failure("--out is missing: the rig.json to write")
+    pairs = _pairs(pair, [name for name, _ in folders])  # before minutes are spent on the images
     with progress_bar() as progress:
         boards = find_boards(target, folders, threads=threads or os.cpu_count() or 1, progress=progress)
     with calibrating(as_json, lambda result: _document(result, boards)):
         result = (
-            _solve(boards, out, pair, model, rig_id, threads)
+            _solve(boards, pairs, model, rig_id, threads)
             if rig is None or check_file is None
             else _check(boards, rig, check_file, threads)
         )
