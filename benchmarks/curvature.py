@@ -207,7 +207,7 @@ def noise_table(sgrt, trials: int) -> None:
         ("* twin's head", 0.3, 1.5, twin_head),
         ("* twin's head", 0.6, 1.5, twin_head),
     ]
-    print("\nNoise: s, h mm; error of H; error over sigma of H, k1, k2, K, S (* not seen in development)")
+    print("\nNoise: s, h mm; error of H; error over sigma of H, k1, k2, K, S (* tried once all was set)")
     print(f"{'shape':24s}    s    h    error  best fixed (at)   known   H    k1   k2   K    S     radius")
     for name, noise, h, make in cases:
         shape = make(h)
