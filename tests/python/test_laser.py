@@ -394,8 +394,20 @@ def test_command_calibrates_from_images(tmp_path, capsys):
         plane, point = sgrt.laser_plane(rig, "scanner", reading), np.array([x, 0.0, 0.0])
         ray = (point - SCANNER.camera.centre) / np.linalg.norm(point - SCANNER.camera.centre)
         assert abs((plane[:3] @ point - plane[3]) / (plane[:3] @ ray)) < 1.0
-    (tmp_path / "0/dark.png").unlink()
+    assert main([*command, *files, "--out", str(out), "--report", str(tmp_path / "report.json")]) == 0
+    said = capsys.readouterr().out
+    assert said.count("stripe points") == 5 and "scanner: stripes explained to" in said
+    assert json.loads((tmp_path / "report.json").read_text())["laser"] == "scanner"
+    document = json.loads((tmp_path / "rig.json").read_text())
+    document["cameras"].append(document["cameras"][0] | {"id": "other"})
+    document["lasers"] = []
+    (tmp_path / "rig.json").write_text(json.dumps(document))
     assert main([*command, *files, "--out", str(out)]) == 2
+    assert "has 2 cameras and no laser 'scanner'; say which by --camera" in capsys.readouterr().err
+    assert main([*command, *files, "--out", str(out), "--camera", "third"]) == 2
+    assert "has no camera 'third'" in capsys.readouterr().err
+    (tmp_path / "0/dark.png").unlink()
+    assert main([*command, *files, "--out", str(out), "--camera", document["cameras"][0]["id"]]) == 2
     assert "dark.png" in capsys.readouterr().err
 
 

@@ -1,6 +1,7 @@
 """References from CT, structure sets and captures: place, frame, sources, bad input; on files that pydicom writes."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -280,6 +281,69 @@ def test_bad_series(tmp_path):
         edited(path, Rows=60000, Columns=60000)
     with pytest.raises(sgrt.LimitError, match="60000 x 60000"):
         from_ct(huge)
+
+
+@pytest.mark.parametrize(
+    ("which", "change", "words"),
+    [
+        ("all", {"PixelSpacing": [0, 6]}, "expected 0.01 to 100 mm"),
+        ("all", {"PixelSpacing": [6, 6, 6]}, "expected 2 finite numbers"),
+        ("one", {"PixelSpacing": [6, 5]}, "PixelSpacing differs from that of"),
+        ("all", {"ImageOrientationPatient": [1, 0, 0, 1, 0, 0]}, "expected two unit axes at 90 deg"),
+        ("one", {"ImageOrientationPatient": [0, 1, 0, 1, 0, 0]}, "ImageOrientationPatient differs from that of"),
+        ("one", {"Rows": 29}, "29 pixels; the others have 30 x 30"),
+        ("one", {"RescaleSlope": 2}, "rescale slope and intercept (2.0, -1024.0); the others have (1.0, -1024.0)"),
+        ("all", {"PatientPosition": "UPSIDE"}, "PatientPosition is 'UPSIDE'; expected one of HFS"),
+        ("all", {"FrameOfReferenceUID": ""}, "has no FrameOfReferenceUID"),
+        ("all", {"Modality": "MR"}, "no CT image in this folder"),
+    ],
+)
+def test_headers_that_no_volume_has(tmp_path, which, change, words):
+    voxels, matrix = ct(spacing=(6.0, 6.0, 6.0), shape=(30, 30, 30))
+    folder = write_ct(tmp_path / "ct", voxels[:3], matrix)
+    paths = sorted(folder.iterdir())
+    for path in paths if which == "all" else paths[1:2]:
+        edited(path, **change)
+    with pytest.raises(sgrt.FormatError, match=re.escape(words)):
+        from_ct(folder)
+
+
+def test_files_that_are_no_series(tmp_path):
+    voxels, matrix = ct(spacing=(6.0, 6.0, 6.0), shape=(30, 30, 30))
+    folder = write_ct(tmp_path / "ct", voxels[:1], matrix)
+    with pytest.raises(sgrt.FormatError, match="one CT image; a volume needs two or more"):
+        from_ct(folder)
+    with pytest.raises(sgrt.FormatError, match=r"no series 9\.9; it has 1\.2\.3\.5"):
+        from_ct(folder, series_uid="9.9")
+    with pytest.raises(sgrt.FormatError, match="is RTPLAN; expected a folder of CT images"):
+        from_ct(write_plan(tmp_path / "plan.dcm", [CENTRE]))
+    path = next(folder.iterdir())
+    path.write_bytes(path.read_bytes()[:300])
+    with pytest.raises(sgrt.FormatError):
+        from_ct(path)
+
+
+def test_nifti_that_is_no_volume(tmp_path):
+    path = tmp_path / "ct.nii"
+
+    def save(values, affine):
+        nibabel.save(nibabel.Nifti1Image(values, affine), path)
+
+    path.write_bytes(b"no NIfTI")
+    with pytest.raises(sgrt.FormatError, match=r"ct.nii: not a NIfTI file"):
+        from_ct(path)
+    save(np.zeros((4, 4, 4, 2), np.int16), np.eye(4))
+    with pytest.raises(sgrt.FormatError, match="expected one volume of three dimensions"):
+        from_ct(path)
+    bent = np.eye(4)
+    bent[0, 3] = np.nan
+    save(np.zeros((4, 4, 4), np.int16), bent)
+    with pytest.raises(sgrt.FormatError, match="states no orientation"):
+        from_ct(path)
+    save(np.zeros((4, 4, 4), np.int16), np.eye(4))
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(sgrt.FormatError, match="damaged data"):
+        from_ct(path)
 
 
 def test_plans_that_do_not_fit(tmp_path, series):

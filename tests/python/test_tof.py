@@ -141,6 +141,19 @@ def test_command_line_calibrates_from_boards(tmp_path, capsys):
     assert len(entry["range_correction"]["range_mm"]) == len(entry["range_correction"]["error_mm"]) > 5
     if rig.tofs[0].pixel_offset_file:
         assert sgrt.io.read_pixel_offset(tmp_path / rig.tofs[0].pixel_offset_file).shape == (96, 128)
+    # For people, with frames in which there is no board.
+    files.append(str(tmp_path / "empty.npz"))
+    sgrt.io.write_tof(files[-1], sgrt.io.TofFrames(unit.capture(table(300), seed=9), 60_000.0))
+    more = ["--knot-spacing", "100", "--report", str(tmp_path / "report.json")]
+    assert main([*command, *files, "--out", str(tmp_path / "two.json"), *more]) == 0
+    said = capsys.readouterr().out
+    assert "empty.npz: not used" in said and "samples, error" in said and "two.json: written" in said
+    assert json.loads((tmp_path / "report.json").read_text())["frames_without_board"][0]["frames"] == "empty.npz"
+    assert main([*command, files[-1], "--out", str(tmp_path / "three.json")]) == 1
+    assert "the board is in none of the frames" in capsys.readouterr().err
+    sgrt.io.write_tof(files[-1], sgrt.io.TofFrames(unit.capture(table(300), seed=9), 50_000.0))
+    assert main([*command, files[0], files[-1], "--out", str(tmp_path / "three.json")]) in (1, 2)
+    assert not (tmp_path / "three.json").exists()
 
 
 def test_command_line_writes_a_surface(files, capsys):

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "calibration/report.hpp"
 #include "tof/frames.hpp"
 
 namespace sgrt::test {
@@ -100,6 +101,31 @@ TEST(CalibrateTof, FindsWigglingAmplitudeAndPixels) {
     square += std::pow(mean / (kWidth * kHeight), 2), ++count;
   }
   EXPECT_LT(std::sqrt(square / count), 0.5);
+}
+
+// A rig states where it came from in any words: they stay, whatever they are.
+TEST(CalibrateTof, KeepsWhereTheRigCameFrom) {
+  TofCalibration c;
+  c.unit = "tof0";
+  const Rig rig = quiet_rig();
+  std::string plain = rig_to_json(rig);
+  plain.erase(plain.rfind('}'));
+  const auto written = [&](const std::string& provenance) {
+    const std::string text = plain + (provenance.empty() ? "" : ", \"provenance\": " + provenance) + "}";
+    c.rig = rig_from_json(text.data(), text.size());
+    std::string out = rig_with_provenance(c);
+    out.erase(std::remove_if(out.begin(), out.end(), [](char x) { return x == ' ' || x == '\n'; }), out.end());
+    return out;
+  };
+  const std::string note = R"("tof0":{"made_by":"sgrttofcalibration")";
+  EXPECT_NE(written("").find(R"("provenance":{"tof":{)" + note), std::string::npos);
+  EXPECT_NE(written(R"("by hand")").find(R"("provenance":{"before":"byhand","tof":{)" + note), std::string::npos);
+  EXPECT_NE(written("[1, 2]").find(R"("provenance":{"before":[1,2],"tof":{)" + note), std::string::npos);
+  EXPECT_NE(written(R"({"tof": 3})").find(R"("provenance":{"tof":{"before":3,)" + note), std::string::npos);
+  EXPECT_NE(written(R"({"tof": {"tof0": 1, "tof1": true}, "big": 18446744073709551615})")
+                .find(R"("provenance":{"tof":{)" + note),
+            std::string::npos);
+  EXPECT_NE(written(R"({"big": 18446744073709551615})").find(R"("big":18446744073709551615)"), std::string::npos);
 }
 
 // REQ-TOF-005

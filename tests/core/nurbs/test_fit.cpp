@@ -380,6 +380,23 @@ TEST(Fit, SmoothingByCrossValidationAgreesRoughly) {
 // ---------------------------------------------------------------------------------------------------------- nonsense
 
 // Points of one plane without any noise, in a row: nothing is left over to tell the noise from.
+// Half of the points followed exactly, the others called outliers: the scale would run to 0, and sigma with it.
+TEST(Fit, GuessworkIsRefused) {
+  test::Draw draw(1);
+  std::vector<Vec3> points;
+  for (int i = 0; i < 36; ++i)
+    points.emplace_back(10 * (i % 6) + draw.uniform(0, 1), 10 * (i / 6) + draw.uniform(0, 1),
+                        i * 7 % 12 < 6 ? 0 : draw.uniform(0, 100));
+  NurbsFitOptions o;
+  o.chart = FitChart::kPlane;
+  o.smoothing = FitSmoothing::kGiven;
+  o.lambda = 1e-9;
+  o.control_points[0] = o.control_points[1] = 5;
+  expect_error(Status::kDegenerate, "points exactly and leave out", [&] { fit_nurbs({}, cloud(points), o); });
+  o.robust = false;
+  EXPECT_GT(fit_nurbs({}, cloud(points), o).noise, 1);
+}
+
 TEST(Fit, ExactPointsHaveAFiniteCovariance) {
   std::vector<Vec3> row;
   for (int i = 0; i < 16; ++i) row.emplace_back(0, 5 * i, 12 * std::sin(0.6 + 5 * i / 11.0));
