@@ -164,7 +164,7 @@ def over_sigma(shape: Shape, found: list) -> list[float]:
 
 
 def convergence(sgrt) -> None:
-    print("Convergence: largest error of H (1/mm; plane 1e-12) inside, exact points, radius 3.6 h (degree 4: 4.6 h)")
+    print("Convergence: RMS error of H, 1/mm, inside, exact points, radius 3.6 h (degree 4: 4.6 h)")
     print(f"{'shape':22s} degree" + "".join(f"   h = {h:<5g}" for h in (2, 1, 0.5)) + "   order")
     sheets = {"plane": plane, "saddle": saddle, "monkey saddle": monkey, "wave": wave}
     closed = {"sphere 20": lambda h: ellipsoid(20, 20, h), "torus 40, 20": lambda h: torus(40, 20, h)}
@@ -174,14 +174,14 @@ def convergence(sgrt) -> None:
                 errors = []
                 for h in (2.0, 1.0, 0.5):
                     jitter = 0.0 if grid else 0.3
-                    s = height(sheets[name], 20 * h, h, 9 * h, jitter=jitter) if name in sheets else closed[name](h)
+                    s = height(sheets[name], 20.0, h, 12.0, jitter=jitter) if name in sheets else closed[name](h)
                     c = sgrt.surface_curvature(
                         sgrt.Surface(s.points, normals=s.normals),
                         degree=degree,
                         radius_mm=(4.6 if degree == 4 else 3.6) * h,
                         max_sigma_per_mm=10.0,
                     )
-                    errors.append(float(np.nanmax(abs(c.mean - s.mean)[s.inner])))
+                    errors.append(float(np.sqrt(np.nanmean((c.mean - s.mean)[s.inner] ** 2))))
                 order = np.log2(errors[0] / errors[2]) / 2 if min(errors) > 1e-11 else np.nan
                 kind = (" (grid)" if grid else " (cloud)") if name in sheets else " (cloud)"
                 print(f"{name + kind:22s} {degree:6d}" + "".join(f"   {e:9.2e}" for e in errors) + f"   {order:5.1f}")
@@ -207,16 +207,13 @@ def noise_table(sgrt, trials: int) -> None:
         ("* twin's head", 0.3, 1.5, twin_head),
         ("* twin's head", 0.6, 1.5, twin_head),
     ]
-    print(
-        "\nNoise: s, h mm; relative RMS of H; error over predicted sigma of H, k1, k2, K, S (* not seen in development)"
-    )
+    print("\nNoise: s, h mm; error of H; error over sigma of H, k1, k2, K, S (* tried once all was set)")
     print(f"{'shape':24s}    s    h    error  best fixed (at)   known   H    k1   k2   K    S     radius")
     for name, noise, h, make in cases:
         shape = make(h)
         count = trials if len(shape.points) < 20_000 else 1
-        surfaces = [
-            sgrt.Surface(p, normals=n) for p, n in (noisy(shape, noise, np.random.default_rng(k)) for k in range(count))
-        ]
+        draws = (noisy(shape, noise, np.random.default_rng(k)) for k in range(count))
+        surfaces = [sgrt.Surface(p, normals=n) for p, n in draws]
         found = fields(sgrt, surfaces)
         relative, known = error(shape, found)
         best = (np.inf, 0.0)
@@ -247,6 +244,15 @@ def igl_table(source: str) -> None:
         print(f"libigl, radius {radius:2d}", f"{1e6 * taken:.2f}", f"{100 * e / data['size']:.1f}", flush=True)
 
 
+def igl_rows(python: str, points: np.ndarray, faces: np.ndarray, shape: Shape) -> list[tuple[str, float, float]]:
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "mesh.npz"
+        size = shape.size(shape.inner)
+        np.savez(source, points=points, faces=faces, mean=shape.mean, inner=shape.inner, size=size)
+        run = subprocess.run([python, __file__, "--igl", source], capture_output=True, text=True, check=True)
+    return [(name, float(us), float(e)) for name, us, e in (r.rsplit(" ", 2) for r in run.stdout.splitlines())]
+
+
 def peer_table(sgrt, python: str) -> None:
     """A mesh of 40,000 vertices."""
     print("\nMesh of 200 x 200 vertices (wave), CPU time of one thread and relative RMS of H, 20 mm off the border")
@@ -269,24 +275,14 @@ def peer_table(sgrt, python: str) -> None:
             name = f"sgrt, radius {options['radius_mm']:g} mm" if options else "sgrt, radius chosen"
             rows.append((name, 1e6 * float(np.median(taken)), 100 * relative))
         try:
-            with tempfile.TemporaryDirectory() as folder:
-                source = Path(folder) / "mesh.npz"
-                np.savez(
-                    source, points=points, faces=faces, mean=shape.mean, inner=shape.inner, size=shape.size(shape.inner)
-                )
-                run = subprocess.run([python, __file__, "--igl", source], capture_output=True, text=True, check=True)
-            rows += [
-                (line[0], float(line[1]), float(line[2]))
-                for line in (r.rsplit(" ", 2) for r in run.stdout.splitlines())
-            ]
+            rows += igl_rows(python, points, faces, shape)
         except (OSError, subprocess.CalledProcessError) as why:
             said = (getattr(why, "stderr", "") or str(why)).strip().splitlines()
             print(f"libigl: skipped, {said[-1] if said else why}")
         print(f"noise {noise} mm")
         for name, taken, relative in rows:
-            print(
-                f"  {name:22s} {taken:7.2f} us a vertex   {relative:6.1f} %   {taken / rows[0][1]:5.1f} x the time of the first"
-            )
+            times = taken / rows[0][1]
+            print(f"  {name:22s} {taken:7.2f} us a vertex   {relative:6.1f} %   {times:5.1f} x the time of the first")
 
 
 def main() -> None:

@@ -1,6 +1,6 @@
 """Landmarks on simulated heads: shapes x poses under the noise of a Kinect and of a time-of-flight camera.
 
-    python benchmarks/landmarks.py [--shapes 20] [--poses 10]
+    python benchmarks/landmarks.py [--shapes 20] [--poses 10] [--starts]
 
 Each shape is the twin's head with every feature moved, scaled and resized by chance: another person. A view is a
 depth camera's (parallel rays, a point every `pitch` mm, noise along the ray), the head turned by up to 60 degrees
@@ -148,7 +148,8 @@ class Tally:
             f"{title:26s} poses {self.found_poses}/{self.poses}, points {len(names)}/{self.asked}"
             f" ({100 * len(names) / self.asked:.1f} %), convex mean {norm[convex].mean():.2f} mm (95 %"
             f" {np.quantile(norm[convex], 0.95):.2f}), sulci across {across[~convex].mean():.2f} mm, in 95 % ellipsoid"
-            f" {100 * inside:.1f} %, beyond 10 mm {np.sum(norm > 10)}, {1e3 * self.seconds / max(1, self.poses):.0f} ms"
+            f" {100 * inside:.1f} %, beyond 10 mm {np.sum(norm > 10)},"
+            f" {1e3 * self.seconds / max(1, self.poses):.0f} ms CPU"
         )
 
 
@@ -164,12 +165,80 @@ def across_valleys(body: Phantom, truth: dict[str, np.ndarray]) -> dict[str, np.
     return out
 
 
+def off_by(pose: np.ndarray, rotation: np.ndarray, at: np.ndarray) -> tuple[float, float]:
+    """mm at a place of the reference and degrees by which reference_from_live is wrong."""
+    error = pose[:3, :3] @ rotation
+    degrees = np.rad2deg(np.arccos(np.clip((np.trace(error) - 1) / 2, -1, 1)))
+    return float(np.linalg.norm(pose[:3, :3] @ rotation @ at + pose[:3, 3] - at)), float(degrees)
+
+
+def starts(shapes: int, poses: int, seed: int) -> None:
+    """Registration without a guess: the start from a patient's own landmarks beside that from general features."""
+    context = sgrt.Context(threads=1)
+    rows: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
+    learning = []
+    while shapes:
+        seed += 1
+        try:
+            body = person(seed)
+        except ValueError:
+            continue
+        shapes -= 1
+        rng, apex = np.random.default_rng(seed), body.landmarks()["nose_apex"]
+        points, faces = body.mesh(3.0)
+        skin = sgrt.Surface(points + 0.1 * rng.normal(size=(len(points), 1)) * body.normal(points), faces=faces)
+        start = time.process_time()
+        own = sgrt.LandmarkModel.learn(skin, context=context)
+        learning.append(time.process_time() - start)
+        ids = np.arange(len(own.names), dtype=np.int32)
+        for sensor, (noise, pitch) in SENSORS.items():
+            for _ in range(poses):
+                rotation = turn(rng)
+                live = sgrt.Surface(view(body, rotation, noise, pitch, rng)).estimate_normals()
+                for label in ("landmarks", "features"):
+                    start, pose = time.process_time(), None
+                    try:
+                        if label == "landmarks":
+                            found = sgrt.landmarks_find(live, own, context=context)
+                            seen = np.isfinite(found.positions_mm[:, 0])
+                            pose = sgrt.coarse_align(
+                                own.positions_mm,
+                                ids,
+                                found.positions_mm[seen],
+                                ids[seen],
+                                isocentre_mm=(0, 0, 0),
+                                context=context,
+                            ).reference_from_live
+                        else:
+                            pose = sgrt.icp_align(
+                                skin, live, isocentre_mm=(0, 0, 0), anywhere=True, context=context
+                            ).reference_from_live
+                    except sgrt.Error:
+                        pass
+                    seconds = time.process_time() - start
+                    off = (np.nan, np.nan) if pose is None else off_by(pose, rotation, apex)
+                    rows.setdefault((sensor, label), []).append((*off, seconds))
+    print(f"learning the reference's landmarks, once: {1e3 * np.mean(learning):.0f} ms CPU, one thread")
+    for (sensor, label), each in rows.items():
+        mm, degrees, seconds = np.array(each).T
+        right = (mm < 5) & (degrees < 5)
+        print(
+            f"{sensor}, by {label}: right {right.sum()} of {len(mm)}, refused {np.isnan(mm).sum()},"
+            f" wrong {np.sum((mm >= 5) | (degrees >= 5))}; at the nose {np.mean(mm[right]):.2f} mm;"
+            f" {1e3 * seconds.mean():.0f} ms CPU"
+        )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
+    parser.add_argument("--starts", action="store_true", help="registration starts instead")
     parser.add_argument("--shapes", type=int, default=20)
     parser.add_argument("--poses", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1000)
     args = parser.parse_args()
+    if args.starts:
+        starts(args.shapes, args.poses, args.seed)
+        return
     tallies = {(s, m): Tally() for s in SENSORS for m in ("head", "own", "own, again")}
     context, shapes, seed = sgrt.Context(threads=2), 0, args.seed
     while shapes < args.shapes:
@@ -199,25 +268,26 @@ def main() -> None:
                 there = cloud[np.isfinite(cloud[:, 0])]
                 facing = {n for n, v in outward.items() if (rotation @ v)[2] > FACING}
                 seen = {n for n in facing if in_view(there, turned[n], pitch)}
-                for label, model, places_in_room in (
-                    ("head", sgrt.LandmarkModel.head(), turned),
-                    ("own", own, turned),
-                    ("own, again", own, {n: rotation @ x for n, x in places.items()}),
+                own_room = {n: rotation @ x for n, x in places.items()}
+                for model, targets in (
+                    (sgrt.LandmarkModel.head(), (("head", turned),)),
+                    (own, (("own", turned), ("own, again", own_room))),
                 ):
                     if model is None:
                         continue
-                    tally = tallies[sensor, label]
-                    tally.poses += 1
-                    tally.asked += len(seen)
-                    start = time.perf_counter()
+                    start = time.process_time()
                     try:
                         found = sgrt.landmarks_find(live, model, context=context)
                     except sgrt.NotFound:
-                        continue
-                    finally:
-                        tally.seconds += time.perf_counter() - start
-                    tally.found_poses += 1
-                    tally.add(found, places_in_room, axes, seen & set(places_in_room), label == "own, again")
+                        found = None
+                    for label, places_in_room in targets:
+                        tally = tallies[sensor, label]
+                        tally.poses += 1
+                        tally.asked += len(seen)
+                        tally.seconds += time.process_time() - start
+                        if found is not None:
+                            tally.found_poses += 1
+                            tally.add(found, places_in_room, axes, seen & set(places_in_room), label == "own, again")
     for (sensor, label), tally in tallies.items():
         print(tally.line(f"{sensor}, {label}"), flush=True)
     print(SOUFI)

@@ -1270,8 +1270,8 @@ enum {
   SGRT_CURVATURE_ABSENT = 1,      /* no point */
   SGRT_CURVATURE_NO_NORMAL = 2,   /* what is outward is not known there */
   SGRT_CURVATURE_TOO_FEW = 3,     /* fewer neighbours than unknowns, or on a line */
-  SGRT_CURVATURE_BORDER = 4,      /* neighbours on one side only: a border or a hole */
-  SGRT_CURVATURE_DISAGREE = 5,    /* neighbours have the opposite normal */
+  SGRT_CURVATURE_BORDER = 4,      /* neighbours on one side only: a border or a hole; or the neighbourhood is larger than the surface */
+  SGRT_CURVATURE_DISAGREE = 5,    /* neighbours' normals contradict the point's */
   SGRT_CURVATURE_NOT_A_SHEET = 6, /* the neighbours are no height over any plane */
   SGRT_CURVATURE_TOO_NOISY = 7    /* sigma of H above max_sigma_per_mm */
 };

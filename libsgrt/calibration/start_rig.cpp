@@ -32,17 +32,8 @@ double apart(const Pose& a, const Pose& b, double radius) {
   return d.t.norm() + radius * so3_log(d.R).norm();
 }
 
-// i_from_j by the placements that both see: the candidate closest to most others, half turns tried where they may be.
-Pose relative_pose(const std::map<int, Seen>& i, const std::map<int, Seen>& j, const Target& target, bool ambiguous) {
-  std::vector<Pose> candidates;
-  for (const auto& [placement, seen] : i) {
-    const auto other = j.find(placement);
-    if (other == j.end()) continue;
-    candidates.push_back(seen.camera_from_target * other->second.camera_from_target.inverse());
-    if (ambiguous)
-      candidates.push_back(seen.camera_from_target * half_turn(target) * other->second.camera_from_target.inverse());
-  }
-  const double radius = 2 * target.half_size;
+// The candidate that is closest to most others.
+Pose consensus(const std::vector<Pose>& candidates, double radius) {
   double best = std::numeric_limits<double>::infinity();
   Pose chosen;
   for (const Pose& a : candidates) {
@@ -53,6 +44,19 @@ Pose relative_pose(const std::map<int, Seen>& i, const std::map<int, Seen>& j, c
     chosen = a;
   }
   return chosen;
+}
+
+// i_from_j by the placements that both see: the candidate closest to most others, half turns tried where they may be.
+Pose relative_pose(const std::map<int, Seen>& i, const std::map<int, Seen>& j, const Target& target, bool ambiguous) {
+  std::vector<Pose> candidates;
+  for (const auto& [placement, seen] : i) {
+    const auto other = j.find(placement);
+    if (other == j.end()) continue;
+    candidates.push_back(seen.camera_from_target * other->second.camera_from_target.inverse());
+    if (ambiguous)
+      candidates.push_back(seen.camera_from_target * half_turn(target) * other->second.camera_from_target.inverse());
+  }
+  return consensus(candidates, 2 * target.half_size);
 }
 
 int shared_count(const std::map<int, Seen>& a, const std::map<int, Seen>& b) {
@@ -97,20 +101,6 @@ double median_residual(const Target& target, const Scene& scene, const View& vie
   std::vector<double> lengths;
   for (const Vec2& r : residuals_of(bundle, scene, view)) lengths.push_back(r.allFinite() ? r.norm() : 1e6);
   return median(lengths);
-}
-
-// The placement as most of its views have it.
-Pose placement_of(const std::vector<Pose>& candidates, double radius) {
-  double best = std::numeric_limits<double>::infinity();
-  Pose chosen;
-  for (const Pose& a : candidates) {
-    double sum = 0;
-    for (const Pose& b : candidates) sum += std::min(apart(a, b, radius), radius);
-    if (sum >= best) continue;
-    best = sum;
-    chosen = a;
-  }
-  return chosen;
 }
 
 struct Renaming {
@@ -162,7 +152,7 @@ Scene link_rig(const CalibrationData& data, const Target& target, std::vector<Mo
       if (found == seen[c].end()) continue;
       candidates.push_back(scene.cameras[c].camera_from_room.inverse() * found->second.camera_from_target);
     }
-    if (!candidates.empty()) scene.room_from_target[p] = placement_of(candidates, 2 * target.half_size);
+    if (!candidates.empty()) scene.room_from_target[p] = consensus(candidates, 2 * target.half_size);
   }
   if (alone.size() == 1) return scene;
   std::vector<Renaming> renamings;

@@ -135,7 +135,8 @@ class Field {
     }
     f_.radius[row] = radius;
     const bool doubtful = jet.fault == JetFault::kTooFew || jet.fault == JetFault::kNotASheet || node.mixed;
-    if (doubtful && fitter.agreement(x, own, radius) < kAgree) return say(row, CurvatureReason::kDisagree);
+    if (doubtful && fitter.agreement(x, own, std::min(radius, cells.size)) < kAgree)
+      return say(row, CurvatureReason::kDisagree);
     if (jet.fault != JetFault::kNone) {
       return say(row, jet.fault == JetFault::kTooFew   ? CurvatureReason::kTooFew
                       : jet.fault == JetFault::kBorder ? CurvatureReason::kBorder

@@ -14,6 +14,7 @@ constexpr double kLeastCosine = 0.2;   // of a neighbour's normal: another sheet
 constexpr double kOneSided = 0.2;      // mean offset of the neighbours over the radius
 constexpr double kFilled = 0.2;        // mean square of their distance over that of the radius: half where all is full
 constexpr double kSheet = 0.3;         // height over the radius, of points in the same sheet
+constexpr double kAgainst = 0.1;       // mean of the negative cosines of normals: less is the bend of a thin part
 constexpr double kSteepest = 1;        // slope of the fit over the disc's plane
 constexpr std::int64_t kMost = 16384;  // points of a disc; of denser ones every second, fourth ... counts
 
@@ -219,18 +220,20 @@ Jet JetFitter::fit(const Vec3& p, const Vec3& normal, double radius) {
 
 double JetFitter::agreement(const Vec3& p, const Vec3& normal, double radius) const {
   const SkinCells& cells = pyramid_.levels[0];
-  double sum = 0, count = 0;
+  double sum = 0, against = 0, count = 0;
   cells.each_run(p, radius, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < std::min(end, begin + kMost); ++i) {
       const auto at = static_cast<std::size_t>(i);
       const Vec3 d(cells.x[at] - p[0], cells.y[at] - p[1], cells.z[at] - p[2]);
       // A thin body has a far side too: only points in the same sheet count.
       if (d.squaredNorm() > radius * radius || std::abs(d.dot(normal)) > kSheet * radius) continue;
-      sum += normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
+      const double c = normal[0] * cells.nx[at] + normal[1] * cells.ny[at] + normal[2] * cells.nz[at];
+      sum += c;
+      against += std::max(0.0, -c);
       count += 1;
     }
   });
-  return count > 0 ? sum / count : 1;
+  return against > kAgainst * count ? sum / count : 1;
 }
 
 }  // namespace sgrt

@@ -35,7 +35,8 @@ class JetFitter {
   JetFitter(const Run& run, const Pyramid& pyramid, int degree);
   // At place p with about this normal (outward).
   Jet fit(const Vec3& p, const Vec3& normal, double radius);
-  // How far the normals about p agree with the one given: the mean of their cosines with it, 1 to -1.
+  // How far the normals about p agree with the one given: the mean of their cosines with it; 1 where hardly any of them
+  // look the other way, as where a thin part is bent.
   double agreement(const Vec3& p, const Vec3& normal, double radius) const;
 
  private:

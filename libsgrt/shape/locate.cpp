@@ -14,18 +14,19 @@ namespace sgrt {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kAmbiguous = 0.9;  // a runner-up so near the best
-constexpr double kClear = 4;        // nepers of evidence from the next pose
-constexpr double kClearAlike = 7;
-constexpr double kAlike = 0.92;     // of the best score, of another pose that looks as well
-constexpr double kShown = 0.75;     // share of the landmarks in view from which chance is no more a rival
-constexpr double kChance = 0.2;     // what it takes off, with none in view
-constexpr std::size_t kTried = 12;  // matches that are first held against the reference's skin
-constexpr std::size_t kSparse = 5;  // first by every fifth of its points
-constexpr double kSkinFits = 0.7;   // share of the skin about the landmarks that must fit
-constexpr double kSame = 6;         // mm
-constexpr double kMoved = 0.25;     // of the scale: how far noise and smoothing move an extremum
-constexpr double kUsed = 0.1;       // value from which an extremum moves its landmark
+constexpr double kAmbiguous = 0.9;     // a runner-up so near the best
+constexpr double kLeastEvidence = 40;  // nepers
+constexpr double kClear = 4;           // nepers of evidence from the next pose
+constexpr double kClearAlike = 7;      // the same from one that looks as well
+constexpr double kAlike = 0.92;        // of the best score, of another pose that looks as well
+constexpr double kShown = 0.75;        // share of the landmarks in view from which chance is no more a rival
+constexpr double kChance = 0.2;        // what it takes off, with none in view
+constexpr std::size_t kTried = 12;     // matches that are first held against the reference's skin
+constexpr std::size_t kSparse = 5;     // first by every fifth of its points
+constexpr double kSkinFits = 0.8;      // share of the skin about the landmarks that must fit
+constexpr double kSame = 6;            // mm
+constexpr double kMoved = 0.25;        // of the scale: how far noise and smoothing move an extremum
+constexpr double kUsed = 0.1;          // value from which an extremum moves its landmark
 constexpr std::size_t kSkinTried = 128;
 constexpr double kLooks = 0.2;        // least cosine between the skin's normal and the landmark's
 constexpr double kOffExtremum = 2.5;  // sigmas of its place: further away an extremum is another one
@@ -156,11 +157,14 @@ void by_constellation(const Run& run, LandmarkScene& scene, const LandmarkModel&
                       const std::vector<Match>& matches, const LocateOptions& options, LocatedLandmarks& out) {
   if (!matches.empty()) note(matches, 0, out);
   const double least = options.min_score;
-  if (matches.empty() || out.score < least || out.matched < options.min_points) {
+  if (matches.empty() || out.score < least || out.matched < options.min_points ||
+      matches[0].evidence < kLeastEvidence) {
     not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +
                        " places stand out, of " + std::to_string(out.seen) + " landmarks in view " +
                        std::to_string(out.matched) + " match (score " + rounded(out.score) + ", at least " +
-                       rounded(least) + " and " + std::to_string(options.min_points) + " matches are needed)");
+                       rounded(least) + " and " + std::to_string(options.min_points) +
+                       " matches are needed; evidence " + rounded(matches.empty() ? 0 : matches[0].evidence) +
+                       ", at least " + rounded(kLeastEvidence) + ")");
     return;
   }
   // Another pose must have less evidence by far, and must not look as well either.

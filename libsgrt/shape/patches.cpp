@@ -11,16 +11,15 @@ namespace sgrt {
 namespace {
 
 constexpr int kRounds = 12;
-constexpr double kAtRest = 1e-4;      // mm (and 1e-6 rad): a step that ends the fit
-constexpr double kRoughly = 0.02;     // the same by few points
-constexpr double kFarthest = 8;       // mm of a patch point from the skin
-constexpr double kBeyond = 0.6;       // of a disc's radius
-constexpr double kTukey = 4;          // sigmas
-constexpr double kMovesApart = 0.02;  // mm, sigma of a landmark's own motion against the others
-constexpr double kFits = 0.3;         // mm that shape may have changed
-constexpr double kLeastMet = 0.25;    // of the patch points that must lie on skin
-constexpr double kLeastShare = 0.4;   // of a patch that must meet the skin, unless the place itself does
-constexpr double kAtPlace = 2.5;      // sigmas of a live point from a place that it is of
+constexpr double kAtRest = 1e-4;     // mm (and 1e-6 rad): a step that ends the fit
+constexpr double kRoughly = 0.02;    // the same by few points
+constexpr double kFarthest = 8;      // mm of a patch point from the skin
+constexpr double kBeyond = 0.6;      // of a disc's radius
+constexpr double kTukey = 4;         // sigmas
+constexpr double kFits = 0.3;        // mm that shape may have changed
+constexpr double kLeastMet = 0.25;   // of the patch points that must lie on skin
+constexpr double kLeastShare = 0.4;  // of a patch that must meet the skin, unless the place itself does
+constexpr double kAtPlace = 2.5;     // sigmas of a live point from a place that it is of
 
 struct Contact {
   bool met = false;
@@ -176,19 +175,11 @@ int place_by_patches(const Run& run, const LandmarkScene& scene, const LandmarkM
   const Mat6 covariance = system.information.inverse();
   int found = 0;
   for (std::size_t i = 0; i < model.points.size(); ++i) {
-    // Its own motion: what its patch says, held to the pose of all.
-    Mat3 A = Mat3::Identity() / (kMovesApart * kMovesApart);
-    Vec3 b = Vec3::Zero();
     double all = 0, good = 0;
     for (std::size_t k = 0; k < samples.size(); ++k) {
       if (samples[k].landmark != i) continue;
       ++all;
-      const double weight = weight_of(met[k], system.scale);
-      if (!(weight > 0)) continue;
-      good += weight;
-      const double w = weight / (system.scale * system.scale * met[k].variance);
-      A.noalias() += w * met[k].n * met[k].n.transpose();
-      b += w * met[k].r * met[k].n;
+      good += weight_of(met[k], system.scale);
     }
     Landmark& out = points[i];
     const Vec3 x = pose * model.points[i].position;
@@ -196,11 +187,10 @@ int place_by_patches(const Run& run, const LandmarkScene& scene, const LandmarkM
     found += much;
     out.found = much || (good > 0 && skin_at(scene, x, pose.R * model.points[i].normal));
     if (!out.found) continue;
-    out.position = x + A.ldlt().solve(b);
+    out.position = x;
     Eigen::Matrix<double, 3, 6> J;
     J << -skew(x - pivot), Mat3::Identity();
-    const double own = model.points[i].sigma;
-    out.repeat_covariance = Mat3(A.inverse()) + Mat3(J * covariance * J.transpose()) + own * own * Mat3::Identity();
+    out.repeat_covariance = J * covariance * J.transpose();
     out.covariance = out.repeat_covariance + pose.R * model.points[i].place_covariance * pose.R.transpose();
     out.score = good / all;
   }

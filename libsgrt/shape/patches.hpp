@@ -1,5 +1,5 @@
-// A patient's own landmarks carry a patch of skin each: all patches together give the pose, each by itself how far its
-// landmark has moved against the others. docs/theory/landmarks.md eq. 9-11.
+// A patient's own landmarks carry a patch of skin each: all patches together give the pose, each by itself whether its
+// landmark is there. docs/theory/landmarks.md eq. 9-11.
 #pragma once
 
 #include <vector>

@@ -25,6 +25,7 @@ constexpr double kValleyBias = 0.2;               // the same of a valley, one s
 constexpr double kStray = 1;                      // of the scale: a peak further from where it was seen is another
 constexpr double kUnlikeLaw = 0.3;                // of the bias: how far it is from growing as said
 constexpr double kRest = 0.7;                     // of the bias, that the scales together do not tell
+constexpr double kLeastLeft = 0.25;               // of a form's curvature squared in a disc
 constexpr double kAgree = 2.5;                    // sigmas between two scales of one extremum
 constexpr double kMostBias = 0.2;                 // of R: the most of that
 
@@ -173,13 +174,33 @@ std::pair<double, double> at_no_scale(const std::vector<Rung>& rungs, const Vec3
 
 }  // namespace
 
+namespace {
+
+// The curvature tensor of a fit on the axes of its tangent plane.
+Eigen::Matrix2d bend_of(const Jet& skin, const Eigen::Matrix<double, 2, 3>& plane) {
+  const Mat3 tensor = skin.a * skin.e1 * skin.e1.transpose() + skin.c * skin.e2 * skin.e2.transpose() +
+                      skin.b * (skin.e1 * skin.e2.transpose() + skin.e2 * skin.e1.transpose());
+  return plane * tensor * plane.transpose();
+}
+
+double square(double x) {
+  return x * x;
+}
+
+}  // namespace
+
 // Noise, which a wider disc lessens, against the disc, which draws a form of curvedness C off by about C R^2 of its
 // radius R: the rungs together tell where the extremum would be at no scale. Found from the wide ones down, so that
 // noise does not choose the place.
-Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& normal, int sign) {
+Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec3& outward, int sign) {
+  const double about = std::max(0.6 * scene.scale, 2.5 * scene.grain->spacing);
+  const Jet first = JetFitter(run, scene.grain->pyramid, kLandmarkDegree).fit(x, outward, about);
+  const Vec3 normal = first.found() ? first.normal : outward;
   const Eigen::Matrix<double, 2, 3> plane = tangent_plane(normal);
   const auto hit = scene.nearest.nearest(x, scene.scale);
-  const double C = hit.index < 0 ? 0 : curvedness(scene.field().k1[hit.index], scene.field().k2[hit.index]);
+  const double seen = hit.index < 0 ? 0 : curvedness(scene.field().k1[hit.index], scene.field().k2[hit.index]);
+  // What a disc of radius R leaves of a form of curvedness C, C / sqrt(1 + C^2 R^2), taken back.
+  const double C = seen / std::sqrt(std::max(1 - square(seen * scene.scale), kLeastLeft));
   const double form = sign > 0 ? kCapBias : kValleyBias;
   std::vector<Rung> rungs;
   std::size_t best = 0;
@@ -205,7 +226,7 @@ Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec
               rungs.end());
   std::reverse(rungs.begin(), rungs.end());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(plane * found.covariance * plane.transpose());
-  const double rest = 0.5 * std::pow(kRest * kValleyBias * std::min(C * std::pow(radius, 2), radius), 2);
+  const double rest = 0.5 * square(kRest * kValleyBias * std::min(C * square(radius), radius));
   Peak out = found;
   out.covariance = normal.dot(found.covariance * normal) * normal * normal.transpose();
   for (int k = 0; k < 2; ++k) {
@@ -214,9 +235,17 @@ Peak polish(const Run& run, const LandmarkScene& scene, const Vec3& x, const Vec
     out.x += step * axis;
     out.covariance += (variance + rest) * axis * axis.transpose();
   }
-  const Jet skin = JetFitter(run, scene.grain->pyramid, kLandmarkDegree)
-                       .fit(out.x, normal, std::max(0.6 * scene.scale, 2.5 * scene.grain->spacing));
-  if (skin.found()) out.x = skin.foot;
+  const Jet skin = JetFitter(run, scene.grain->pyramid, kLandmarkDegree).fit(out.x, normal, about);
+  if (!skin.found()) return out;
+  out.x = skin.foot;
+  // The ellipsoid lies in the skin's own tangent plane, and the skin bends away from that: a place off by s along a
+  // direction of curvature k lies k s^2 / 2 deeper.
+  const Eigen::Matrix<double, 2, 3> own = tangent_plane(skin.normal);
+  const Eigen::Matrix2d flat = own * out.covariance * own.transpose();
+  const Eigen::Matrix2d sag = bend_of(skin, own) * flat;
+  const double depth =
+      skin.foot_variance * square(scene.grain->noise) + 0.25 * (2 * (sag * sag).trace() + square(sag.trace()));
+  out.covariance = own.transpose() * flat * own + std::max(depth, 1e-12) * skin.normal * skin.normal.transpose();
   return out;
 }
 

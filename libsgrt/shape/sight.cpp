@@ -14,7 +14,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kClosed = 0.25;           // length of the mean normal of a body seen from all sides
 constexpr double kCell = 1;                // of the spacing
-constexpr Eigen::Index kMostCells = 4096;  // a side
+constexpr Eigen::Index kMostCells = 1024;  // a side
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "core/parallel.hpp"
 
@@ -37,33 +38,29 @@ void prefilter(float* c, int n, std::ptrdiff_t step, int lanes, std::ptrdiff_t l
       c[k * step + l * lane] = pole * (c[(k + 1) * step + l * lane] - c[k * step + l * lane]);
 }
 
-}  // namespace
-
-void spline_rows(const Run& run, Image& image) {
+// Each row by each pole in turn.
+void prefilter_rows(const Run& run, Image& image, std::initializer_list<float> poles) {
   constexpr int kLanes = 8;
   parallel_for(
       run, image.height, 8 * kLanes,
       [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t y = begin; y < end; y += kLanes) {
           const int lanes = static_cast<int>(std::min<std::int64_t>(kLanes, end - y));
-          prefilter(image.row(static_cast<int>(y)), image.width, 1, lanes, image.width, kCubicPole);
+          for (const float pole : poles)
+            prefilter(image.row(static_cast<int>(y)), image.width, 1, lanes, image.width, pole);
         }
       },
       "interpolating");
 }
 
+}  // namespace
+
+void spline_rows(const Run& run, Image& image) {
+  prefilter_rows(run, image, {kCubicPole});
+}
+
 void quintic_spline_rows(const Run& run, Image& image) {
-  constexpr int kLanes = 8;
-  parallel_for(
-      run, image.height, 8 * kLanes,
-      [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t y = begin; y < end; y += kLanes) {
-          const int lanes = static_cast<int>(std::min<std::int64_t>(kLanes, end - y));
-          for (const float pole : kQuinticPoles)
-            prefilter(image.row(static_cast<int>(y)), image.width, 1, lanes, image.width, pole);
-        }
-      },
-      "interpolating");
+  prefilter_rows(run, image, {kQuinticPoles[0], kQuinticPoles[1]});
 }
 
 void spline_columns(const Run& run, Image& image) {

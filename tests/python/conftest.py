@@ -10,9 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 import sgrt
+from sgrt.cli import main
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
+
+
+@pytest.fixture
+def run(capfd):
+    """The command line in this process: exit code, standard output, standard error."""
+
+    def call(*arguments):
+        code = main([str(a) for a in arguments])
+        output = capfd.readouterr()
+        return code, output.out, output.err
+
+    return call
 
 
 def body_points(count: int, seed: int) -> np.ndarray:

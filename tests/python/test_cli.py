@@ -15,20 +15,10 @@ import pytest
 import sgrt
 from conftest import ISOCENTRE, SHIFT, body_points, displaced, rig_document, take_ctrl_c
 from sgrt import io
-from sgrt.cli import group, main
+from sgrt.cli import group
 from sgrt.frames import couch_turn
 
 AT = ["--isocentre", *map(str, ISOCENTRE)]
-
-
-@pytest.fixture
-def run(capfd):
-    def call(*arguments):
-        code = main([str(a) for a in arguments])
-        output = capfd.readouterr()
-        return code, output.out, output.err
-
-    return call
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,45 @@ def test_places_of_a_noisy_reference_are_extrema(body, skin):
     # To itself it is known better by far.
     ratio = np.trace(found.repeat_covariance_mm2, axis1=1, axis2=2) / np.trace(found.covariance_mm2, axis1=1, axis2=2)
     assert (ratio < 0.5).all()
+
+
+def test_another_persons_head_is_refused(body, own):
+    """Not the patient, whatever the pose: the landmarks are alike, the skin about them is not."""
+    wide = replace(body, bumps=tuple(replace(b, centre=(1.2 * b.centre[0], *b.centre[1:])) for b in body.bumps))
+    points, _ = wide.mesh(2.0)
+    points = points[(points[:, 2] > 0) & (points[:, 1] > -130)]
+    other = view((points, wide.normal(points)), turn((0, 1, 0), 20), 0.5, 7)
+    assert sgrt.landmarks_find(other).score > 0.6  # a head it is
+    with pytest.raises(sgrt.NotFound, match="skin"):
+        sgrt.landmarks_find(other, own)
+
+
+def test_repeat_covariance_is_that_of_the_scatter(skin, own):
+    """Against the model's own places: the squared error over the predicted variance, on average."""
+    z = []
+    for seed in range(6):
+        found = sgrt.landmarks_find(view(skin, np.eye(3), 0.5, seed), own)
+        off = found.positions_mm - own.positions_mm
+        z += [d @ np.linalg.solve(c, d) for d, c in zip(off, found.repeat_covariance_mm2, strict=True)]
+    assert 1.2 < np.mean(z) < 6  # 3 expected; the eleven of a view share a pose
+
+
+def test_a_turned_noisy_head_is_not_upside_down(body):
+    """Few extrema are left of a head turned by 45 degrees in a time-of-flight camera's noise."""
+    points, _ = body.mesh(3.0)
+    front = points[(points[:, 2] > 0) & (points[:, 1] > -130)]
+    skin, truth = (front, body.normal(front)), body.landmarks()
+    found_in = 0
+    for axis in ((0, 1, 0), (0, -1, 0), (1, 0, 0.2), (-1, 0.3, 0)):
+        rotation = turn(axis, 45)
+        try:
+            found = sgrt.landmarks_find(view(skin, rotation, 1.1, 3))  # 1.5 mm along the ray
+        except sgrt.NotFound:
+            continue
+        found_in += 1
+        off = [p - rotation @ truth[n] for n, p in zip(found.names, found.positions_mm, strict=True)]
+        assert np.nanmedian(np.sqrt(np.square(off).sum(1))) < 8
+    assert found_in >= 3
 
 
 def test_a_place_counts_where_its_own_skin_is_seen(skin, own):

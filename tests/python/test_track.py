@@ -7,7 +7,6 @@ import pytest
 import sgrt
 from conftest import ISOCENTRE, SHIFT, body_height, body_points, displaced
 from sgrt import io
-from sgrt.cli import main
 
 PATCH = sgrt.Roi.polygon([[-40, -40], [40, -40], [40, 40], [-40, 40]])
 
@@ -223,16 +222,6 @@ def captures(tmp_path_factory, reference):
     frames += [io.Capture(0.7, folder / "gone.ply"), io.Capture(0.8, folder / "000.ply")]
     io.write_captures(folder / "frames.json", frames)
     return folder
-
-
-@pytest.fixture
-def run(capfd):
-    def call(*arguments):
-        code = main([str(a) for a in arguments])
-        output = capfd.readouterr()
-        return code, output.out, output.err
-
-    return call
 
 
 def command(folder, *more, frames="frames.json"):

@@ -122,7 +122,7 @@ TEST(ShapeCurvature, NormalsThatContradict) {
     Vec3 v(test::normal_draw(draw), test::normal_draw(draw), test::normal_draw(draw));
     chance.normals.row(i) = v.normalized().transpose();
   }
-  EXPECT_LT(surface_curvature(sgrt::Run{}, chance, {}).known, n / 50);
+  EXPECT_LT(surface_curvature(sgrt::Run{}, chance, {}).known, n / 20);
 }
 
 // A closed surface inside the disc has no border that would say so.
