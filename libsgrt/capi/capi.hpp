@@ -6,13 +6,13 @@
 #include <sgrt.h>
 
 #include <memory>
-#include <mutex>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 #include "calibration/calibrate.hpp"
 #include "capi/check.hpp"
+#include "capi/lazy.hpp"
 #include "capi/sized.hpp"
 #include "capi/view.hpp"
 #include "core/error.hpp"
@@ -45,8 +45,7 @@ struct sgrt_context {
 
 struct sgrt_surface {
   std::shared_ptr<const sgrt::Surface> surface;
-  mutable std::once_flag once;        // the modes are packed at the first wish for them
-  mutable std::vector<double> modes;  // of the surface, K x N x 3 in one piece, to be lent
+  sgrt::Lazy<std::vector<double>> modes;  // of the surface, K x N x 3 in one piece, to be lent
 };
 
 struct sgrt_roi {
@@ -88,18 +87,15 @@ struct sgrt_reference {
   std::shared_ptr<const sgrt::Reference> reference;
 };
 
-// The texts are written at the first wish for them.
 struct sgrt_nurbs_curve {
   sgrt::NurbsCurve curve;
-  mutable std::once_flag once;
-  mutable std::string json;
+  sgrt::Lazy<std::string> json;
 };
 
 struct sgrt_nurbs_surface {
   explicit sgrt_nurbs_surface(sgrt::NurbsSurface surface) : evaluator(std::move(surface)) {}
   sgrt::SurfaceEvaluator evaluator;
-  mutable std::once_flag once;
-  mutable std::string json;
+  sgrt::Lazy<std::string> json;
 };
 
 struct sgrt_nurbs_fit {
@@ -115,8 +111,7 @@ struct sgrt_landmark_model {
   sgrt::LandmarkModel model;
   sgrt::Points positions, normals;
   std::vector<double> curvature, sigma;
-  mutable std::once_flag once;
-  mutable std::string json;
+  sgrt::Lazy<std::string> json;
 };
 
 struct sgrt_landmarks {

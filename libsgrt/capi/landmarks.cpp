@@ -132,8 +132,7 @@ const char* sgrt_landmark_model_text(const sgrt_landmark_model* model, int32_t f
     switch (field) {
       case SGRT_LANDMARK_MODEL_JSON:
         if (index != 0) return nullptr;
-        std::call_once(model->once, [&] { model->json = model_to_json(model->model); });
-        return model->json.c_str();
+        return model->json.get([&] { return model_to_json(model->model); }).c_str();
       case SGRT_LANDMARK_MODEL_ID:
         return index == 0 ? model->model.id.c_str() : nullptr;
       case SGRT_LANDMARK_MODEL_NAME:

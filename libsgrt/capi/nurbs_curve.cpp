@@ -147,8 +147,7 @@ sgrt_status sgrt_nurbs_curve_array(const sgrt_nurbs_curve* curve, int32_t field,
 const char* sgrt_nurbs_curve_text(const sgrt_nurbs_curve* curve, int32_t field) {
   return guard_text([&]() -> const char* {
     if (!curve || field != SGRT_NURBS_JSON) return nullptr;
-    std::call_once(curve->once, [&] { curve->json = to_json(curve->curve); });
-    return curve->json.c_str();
+    return curve->json.get([&] { return to_json(curve->curve); }).c_str();
   });
 }
 

@@ -201,8 +201,7 @@ sgrt_status sgrt_nurbs_surface_array(const sgrt_nurbs_surface* surface, int32_t 
 const char* sgrt_nurbs_surface_text(const sgrt_nurbs_surface* surface, int32_t field) {
   return guard_text([&]() -> const char* {
     if (!surface || field != SGRT_NURBS_JSON) return nullptr;
-    std::call_once(surface->once, [&] { surface->json = to_json(surface->evaluator.surface()); });
-    return surface->json.c_str();
+    return surface->json.get([&] { return to_json(surface->evaluator.surface()); }).c_str();
   });
 }
 

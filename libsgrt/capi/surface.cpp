@@ -129,15 +129,17 @@ sgrt_view lend_beside(const Surface& s, const double* data, std::int64_t rows, s
 sgrt_view lend_modes(const sgrt_surface& handle) {
   const Surface& s = *handle.surface;
   if (s.modes.empty()) return {};
-  std::call_once(handle.once, [&] {
-    std::vector<double> packed;
-    packed.reserve(s.modes.size() * static_cast<std::size_t>(s.size()) * 3);
-    for (const Points& mode : s.modes) packed.insert(packed.end(), mode.data(), mode.data() + mode.size());
-    handle.modes = std::move(packed);
-  });
+  const double* modes = handle.modes
+                            .get([&] {
+                              std::vector<double> packed;
+                              packed.reserve(s.modes.size() * static_cast<std::size_t>(s.size()) * 3);
+                              for (const Points& mode : s.modes)
+                                packed.insert(packed.end(), mode.data(), mode.data() + mode.size());
+                              return packed;
+                            })
+                            .data();
   const auto k = static_cast<std::int64_t>(s.modes.size());
-  return s.organised() ? lend(handle.modes.data(), SGRT_F64, {k, s.height, s.width, 3})
-                       : lend(handle.modes.data(), SGRT_F64, {k, s.size(), 3});
+  return s.organised() ? lend(modes, SGRT_F64, {k, s.height, s.width, 3}) : lend(modes, SGRT_F64, {k, s.size(), 3});
 }
 
 sgrt_view array_of(const sgrt_surface& handle, std::int32_t field) {

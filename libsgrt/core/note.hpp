@@ -1,6 +1,6 @@
 // What a file is to say, as a tree that is built, copied and dropped like any value. nlohmann-json's tree asks for
 // memory when it is destroyed, and ends the program where there is none; so it reads, and this writes
-// (core/note_json.inl).
+// (core/note_json.inl). One that was moved from may be dropped or assigned to, nothing else.
 #pragma once
 
 #include <cstdint>

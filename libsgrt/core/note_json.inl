@@ -1,5 +1,5 @@
-// Notes from trees that were read, and to text in the form of nlohmann-json's dump(2). For the *_json.cpp alone, which
-// include <nlohmann/json.hpp> before it.
+// Notes from trees that were read, and to text in the forms of nlohmann-json's dump(2) and dump(). For the *_json.cpp
+// alone, which include <nlohmann/json.hpp> before it.
 #pragma once
 
 #include <cmath>
@@ -36,8 +36,11 @@ inline Note note_of(const Json& json) {
   }
 }
 
+enum class NoteForm : std::uint8_t { kLines, kCompact };
+
 class NoteWriter {
  public:
+  explicit NoteWriter(NoteForm form) : lines_(form == NoteForm::kLines) {}
   std::string text;
 
   void write(const Note& note, int depth) {
@@ -84,7 +87,7 @@ class NoteWriter {
       open_line(depth + 1);
       if (object) {
         put(note.name(i));
-        text += ": ";
+        text += lines_ ? ": " : ":";
       }
       write(note.item(i), depth + 1);
     }
@@ -93,15 +96,18 @@ class NoteWriter {
   }
 
   void open_line(int depth) {
+    if (!lines_) return;
     text += '\n';
     text.append(static_cast<std::size_t>(2 * depth), ' ');
   }
+
+  bool lines_;
 };
 
 // name: what the text is, for the message.
-inline std::string note_text(const Note& note, const char* name) {
+inline std::string note_text(const Note& note, const char* name, NoteForm form = NoteForm::kLines) {
   try {
-    NoteWriter writer;
+    NoteWriter writer(form);
     writer.write(note, 0);
     return std::move(writer.text);
   } catch (const nlohmann::detail::exception&) {

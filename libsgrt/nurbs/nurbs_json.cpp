@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/strict_json.inl"
+#include "core/note_json.inl"
 
 namespace sgrt {
 namespace {
@@ -105,20 +105,24 @@ auto formatted(Make&& make) {
 }
 
 std::string write(const SplineBasis* basis, std::size_t sides, const Points& points, const Eigen::VectorXd& weights) {
-  Json json = {{"schema", kSchema}, {"degree", Json::array()}, {"knots", Json::array()}, {"size", Json::array()}};
+  Note degree = Note::list(), knots = Note::list(), size = Note::list(), rows = Note::list(), w = Note::list();
   for (std::size_t d = 0; d < sides; ++d) {
-    json["degree"].push_back(basis[d].degree);
-    json["knots"].push_back(basis[d].knots);
-    json["size"].push_back(basis[d].size());
+    degree.add(basis[d].degree);
+    knots.add(basis[d].knots);
+    size.add(basis[d].size());
   }
-  Json rows = Json::array(), w = Json::array();
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    rows.push_back({points(i, 0), points(i, 1), points(i, 2)});
-    w.push_back(weights.size() > 0 ? weights[i] : 1.0);
+    rows.add(Note::list(points(i, 0), points(i, 1), points(i, 2)));
+    w.add(weights.size() > 0 ? weights[i] : 1.0);
   }
-  json["control_points"] = std::move(rows);
-  json["weights"] = std::move(w);
-  return json.dump();
+  Note note = Note::object();
+  note.append("schema", kSchema);
+  note.append("degree", std::move(degree));
+  note.append("knots", std::move(knots));
+  note.append("size", std::move(size));
+  note.append("control_points", std::move(rows));
+  note.append("weights", std::move(w));
+  return note_text(note, "nurbs", NoteForm::kCompact);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Triples, poses, scores. docs/theory/landmarks.md eq. 6-8.
+// Pairs and triples of candidates laid on the model's, and their poses refined. docs/theory/landmarks.md eq. 6.
 #include "shape/constellation.hpp"
 
 #include <algorithm>
@@ -78,7 +78,10 @@ class Search {
         const double s = score_.tolerance(i);
         pairs.push_back(pair(i, static_cast<std::size_t>(m.candidate[i]), m.value[i] / (s * s)));
       }
-      if (pairs.size() < 3) break;
+      if (pairs.size() < 3) {
+        if (round == 0) score_(m, true);
+        break;
+      }
       Match next;
       similarity(pairs, model_.size_range, &next.pose, &next.size);
       score_(next, true);
@@ -122,15 +125,7 @@ class Search {
       if (!score_.alike(i, a)) continue;
       for (std::size_t b = 0; b < n; ++b) {
         if (b == a || !score_.alike(j, b) || !apart_alike(i, j, a, b)) continue;
-        const std::vector<Pair> pairs = {pair(i, a, 1), pair(j, b, 1)};
-        Match m;
-        similarity(pairs, model_.size_range, &m.pose, &m.size);
-        bool upright = true;
-        for (const Pair& p : pairs)
-          upright = upright && (m.pose.R * p.model_normal).dot(p.live_normal) > kLeastCosineOfTwo;
-        if (!upright) continue;
-        score_(m, false);
-        out.push_back(std::move(m));
+        lay({pair(i, a, 1), pair(j, b, 1)}, kLeastCosineOfTwo, out);
       }
     }
     return out;
@@ -148,19 +143,21 @@ class Search {
           if (c == a || c == b || !score_.alike(t[2], c) || !apart_alike(t[0], t[2], a, c) ||
               !apart_alike(t[1], t[2], b, c))
             continue;
-          const std::vector<Pair> pairs = {pair(t[0], a, 1), pair(t[1], b, 1), pair(t[2], c, 1)};
-          Match m;
-          similarity(pairs, model_.size_range, &m.pose, &m.size);
-          bool upright = true;
-          for (const Pair& p : pairs)
-            upright = upright && (m.pose.R * p.model_normal).dot(p.live_normal) > kLeastCosine;
-          if (!upright) continue;
-          score_(m, false);
-          out.push_back(std::move(m));
+          lay({pair(t[0], a, 1), pair(t[1], b, 1), pair(t[2], c, 1)}, kLeastCosine, out);
         }
       }
     }
     return out;
+  }
+
+  // The pose by these pairs joins the others, if it turns every normal to where the skin looks.
+  void lay(const std::vector<Pair>& pairs, double least_cosine, std::vector<Match>& out) const {
+    Match m;
+    similarity(pairs, model_.size_range, &m.pose, &m.size);
+    for (const Pair& p : pairs)
+      if (!((m.pose.R * p.model_normal).dot(p.live_normal) > least_cosine)) return;
+    score_(m, false);
+    out.push_back(std::move(m));
   }
 
   double distance(std::size_t i, std::size_t j) const {

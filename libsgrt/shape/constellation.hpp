@@ -1,5 +1,5 @@
-// The pose at which a model's points meet candidates of their kind. Alternatives are tried from every triple that could
-// be three of the model's points. docs/theory/landmarks.md eq. 6-8.
+// The pose at which a model's points meet candidates of their kind. Alternatives are tried from every pair and triple
+// that could be of the model's points. docs/theory/landmarks.md eq. 6-8.
 #pragma once
 
 #include <vector>

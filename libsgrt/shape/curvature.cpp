@@ -1,9 +1,12 @@
-// A fit at every point, and from its covariance that of what is reported. docs/theory/curvature.md eq. 10-18.
+// A fit at every point, and from its covariance that of what is reported. docs/theory/curvature.md eq. 11-18.
 #include "shape/curvature.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -122,6 +125,7 @@ class Field {
       }
     }
     Jet jet;
+    bool border = false;  // of a disc that was tried: a smaller one may have too few points to tell
     for (int k = 0;; ++k) {
       jet = fitter.fit(centre, normal, radius);
       const bool off = jet.fault == JetFault::kNone &&
@@ -130,6 +134,7 @@ class Field {
         const Jet again = fitter.fit(jet.foot, jet.normal, radius);
         if (again.fault == JetFault::kNone) jet = again;
       }
+      border = border || jet.fault == JetFault::kBorder;
       if (jet.fault != JetFault::kBorder || o_.radius > 0 || k == kShrinks) break;
       radius *= kShrink;
     }
@@ -138,8 +143,8 @@ class Field {
     if (doubtful && fitter.agreement(x, own, std::min(radius, cells.size)) < kAgree)
       return say(row, CurvatureReason::kDisagree);
     if (jet.fault != JetFault::kNone) {
-      return say(row, jet.fault == JetFault::kTooFew   ? CurvatureReason::kTooFew
-                      : jet.fault == JetFault::kBorder ? CurvatureReason::kBorder
+      return say(row, border                           ? CurvatureReason::kBorder
+                      : jet.fault == JetFault::kTooFew ? CurvatureReason::kTooFew
                                                        : CurvatureReason::kNotASheet);
     }
     if (own.dot(jet.normal) < kOpposite) return say(row, CurvatureReason::kDisagree);
@@ -180,8 +185,11 @@ class Field {
     say(row, reason);
   }
 
-  // Second points at a place get what the first one has, unless they look the other way: then neither has anything.
+  // Second points at a place get what the first one has, unless one of them looks the other way: then none has
+  // anything.
   void copy_to_duplicates(const SkinCells& cells) {
+    std::vector<std::pair<std::int32_t, std::int64_t>> pairs;  // first, second
+    pairs.reserve(static_cast<std::size_t>(cells.duplicates));
     std::vector<std::uint8_t> kept(static_cast<std::size_t>(surface_.size()), 0);
     for (const std::int32_t row : cells.row) kept[static_cast<std::size_t>(row)] = 1;
     for (std::int64_t i = 0; i < surface_.size(); ++i) {
@@ -190,17 +198,17 @@ class Field {
       for (std::int64_t k = cells.begin[cell]; k < cells.begin[cell + 1]; ++k) {
         const std::int32_t from = cells.row[static_cast<std::size_t>(k)];
         if (surface_.points.row(from) != surface_.points.row(i)) continue;
-        if (surface_.normal(from).dot(surface_.normal(i)) < kOpposite) {
-          forget(from, CurvatureReason::kDisagree);
-          forget(static_cast<std::int32_t>(i), CurvatureReason::kDisagree);
-          break;
-        }
-        for (const auto number : kCurvatureNumbers) (f_.*number)[i] = (f_.*number)[from];
-        for (const auto vector : kCurvatureVectors) (f_.*vector).row(i) = (f_.*vector).row(from);
-        f_.reason[static_cast<std::size_t>(i)] = f_.reason[static_cast<std::size_t>(from)];
-        f_.hk[static_cast<std::size_t>(i)] = f_.hk[static_cast<std::size_t>(from)];
+        pairs.emplace_back(from, i);
         break;
       }
+    }
+    for (const auto& [from, i] : pairs)
+      if (surface_.normal(from).dot(surface_.normal(i)) < kOpposite) forget(from, CurvatureReason::kDisagree);
+    for (const auto& [from, i] : pairs) {
+      for (const auto number : kCurvatureNumbers) (f_.*number)[i] = (f_.*number)[from];
+      for (const auto vector : kCurvatureVectors) (f_.*vector).row(i) = (f_.*vector).row(from);
+      f_.reason[static_cast<std::size_t>(i)] = f_.reason[static_cast<std::size_t>(from)];
+      f_.hk[static_cast<std::size_t>(i)] = f_.hk[static_cast<std::size_t>(from)];
     }
   }
 

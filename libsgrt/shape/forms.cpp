@@ -1,4 +1,4 @@
-// Fundamental forms. docs/theory/curvature.md eq. 3-9.
+// Fundamental forms. docs/theory/curvature.md eq. 3-7.
 #include "shape/forms.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // Curvature of a surface at a point from its derivatives: the first and second fundamental forms and what follows from
 // them. Lengths mm, curvatures 1/mm, the normal outward, convex positive. do Carmo (1976), ch. 3; Koenderink and van
-// Doorn, "Surface shape and curvature scales" (1992). docs/theory/curvature.md eq. 3-9 (the chapter's 10.12-10.17).
+// Doorn, "Surface shape and curvature scales" (1992). docs/theory/curvature.md eq. 3-7 (the chapter's 10.12-10.17).
 #pragma once
 
 #include <cstdint>

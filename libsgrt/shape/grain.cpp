@@ -1,8 +1,9 @@
-// Spacing by areas, noise by the residuals of small discs. docs/theory/curvature.md eq. 10-13.
+// Spacing by areas, noise by the residuals of small discs. docs/theory/curvature.md eq. 11-13.
 #include "shape/grain.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "core/median.hpp"

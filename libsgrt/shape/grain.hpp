@@ -1,5 +1,5 @@
 // What a surface's points are like, and what every fit on them starts from: made once, for discs of any radius.
-// docs/theory/curvature.md eq. 10-13.
+// docs/theory/curvature.md eq. 11-13.
 #pragma once
 
 #include <limits>

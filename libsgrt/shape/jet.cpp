@@ -1,4 +1,4 @@
-// Least squares over a disc. docs/theory/curvature.md eq. 10-13.
+// Least squares over a disc. docs/theory/curvature.md eq. 11-13.
 #include "shape/jet.hpp"
 
 #include <algorithm>

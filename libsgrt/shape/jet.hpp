@@ -1,6 +1,6 @@
 // The shape of a surface near a place: a polynomial height over a tangent disc, fitted to the points in it, and what
 // their noise does to it. Degree 2 has circles for normal sections instead of parabolas, which is exact on a sphere
-// of any size; degrees 3 and 4 are jets. Cazals and Pouget (2005). docs/theory/curvature.md eq. 10-13.
+// of any size; degrees 3 and 4 are jets. Cazals and Pouget (2005). docs/theory/curvature.md eq. 11-13.
 #pragma once
 
 #include <vector>

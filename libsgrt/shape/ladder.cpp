@@ -6,12 +6,12 @@
 
 #include "core/parallel.hpp"
 #include "shape/jet.hpp"
+#include "shape/outlook.hpp"
 
 namespace sgrt {
 namespace {
 
 constexpr double kStep = 1.25;      // of the ladder
-constexpr std::size_t kRungs = 16;  // of them at most
 constexpr int kBeyond = 2;          // rungs over the largest radius
 constexpr double kWidest = 1.15;    // radius of a disc over the smallest radius of curvature
 constexpr double kWidestJet = 0.8;  // the same of degrees 3 and 4, which a sphere is no exact case of
@@ -24,9 +24,9 @@ std::vector<double> radii_of(const CurvatureOptions& options, double spacing, st
   *chosen = 1;
   if (options.radius > 0) return {options.radius};
   std::vector<double> radii;
-  radii.reserve(kRungs);
+  radii.reserve(kMostDiscs);
   int beyond = 0;
-  for (double r = kLeastDisc[options.degree] * spacing; radii.size() < kRungs && beyond < kBeyond; r *= kStep) {
+  for (double r = kLeastDisc[options.degree] * spacing; radii.size() < kMostDiscs && beyond < kBeyond; r *= kStep) {
     radii.push_back(r);
     if (radii.size() == 1 || r <= 1.001 * options.max_radius) {
       *chosen = radii.size();
@@ -80,7 +80,7 @@ void climb(JetFitter& fitter, const Vec3& x, const Vec3& start, double variance,
     r.foot = foot = x - normal * normal.dot(x - jet.foot);
     r.tensor = tensor_of(jet);
     r.variance = variance * (jet.covariance(0, 0) + 2 * jet.covariance(1, 1) + jet.covariance(2, 2));
-    // Bias has outgrown noise: this disc and all larger ones are out of the question, and only tell the drift.
+    // Bias has outgrown noise: larger discs are out of the question, and the drift to here tells enough.
     if (k >= kFirst && rungs[k - 2].found &&
         (r.tensor - rungs[k - 2].tensor).squaredNorm() > kOutgrown * rungs[k - 2].variance)
       break;

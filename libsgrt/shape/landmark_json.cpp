@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/strict_json.inl"
+#include "core/note_json.inl"
 #include "core/within.hpp"
 #include "shape/landmark_model.hpp"
 
@@ -76,8 +76,16 @@ SkinPlace skin_of(const Json& j, const std::string& path) {
           vector(member(j, "normal", path), path + "normal"), number(member(j, "sigma_mm", path), path + "sigma_mm")};
 }
 
-Json json_of(const Vec3& v) {
-  return Json::array({v[0], v[1], v[2]});
+Note note_of(const Vec3& v) {
+  return Note::list(v.x(), v.y(), v.z());
+}
+
+// N x 3.
+template <class Matrix>
+Note rows_of(const Matrix& rows) {
+  Note list = Note::list();
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) list.add(note_of(Vec3(rows.row(i).transpose())));
+  return list;
 }
 
 double optional_number(const Json& j, const char* key, double otherwise) {
@@ -125,34 +133,36 @@ void check_model(const LandmarkModel& m) {
 }
 
 std::string model_to_json(const LandmarkModel& m) {
-  Json j;
-  j["schema"] = kSchema;
-  j["id"] = m.id;
-  j["scale_mm"] = m.scale;
-  j["size_range"] = m.size_range;
-  j["patch_spacing_mm"] = m.patch_spacing;
-  j["patch_sigma_mm"] = m.patch_sigma;
-  j["points"] = Json::array();
+  Note points = Note::list(), skin = Note::list();
   for (const LandmarkPoint& p : m.points) {
-    Json q;
-    q["name"] = p.name;
-    q["position_mm"] = json_of(p.position);
-    q["normal"] = json_of(p.normal);
-    q["k1_per_mm"] = p.k1;
-    q["k2_per_mm"] = p.k2;
-    q["sigma_mm"] = p.sigma;
-    if (!p.place_covariance.isZero(0)) {
-      for (int k = 0; k < 3; ++k) q["place_covariance_mm2"].push_back(json_of(p.place_covariance.row(k).transpose()));
-    }
-    if (p.patch.rows() > 0) {
-      q["patch_mm"] = Json::array();
-      for (Eigen::Index i = 0; i < p.patch.rows(); ++i) q["patch_mm"].push_back(json_of(p.patch.row(i).transpose()));
-    }
-    j["points"].push_back(std::move(q));
+    Note q = Note::object();
+    q.append("name", p.name);
+    q.append("position_mm", note_of(p.position));
+    q.append("normal", note_of(p.normal));
+    q.append("k1_per_mm", p.k1);
+    q.append("k2_per_mm", p.k2);
+    q.append("sigma_mm", p.sigma);
+    if (!p.place_covariance.isZero(0)) q.append("place_covariance_mm2", rows_of(p.place_covariance));
+    if (p.patch.rows() > 0) q.append("patch_mm", rows_of(p.patch));
+    points.add(std::move(q));
   }
-  for (const SkinPlace& p : m.skin)
-    j["skin"].push_back({{"position_mm", json_of(p.position)}, {"normal", json_of(p.normal)}, {"sigma_mm", p.sigma}});
-  return j.dump();
+  for (const SkinPlace& p : m.skin) {
+    Note q = Note::object();
+    q.append("position_mm", note_of(p.position));
+    q.append("normal", note_of(p.normal));
+    q.append("sigma_mm", p.sigma);
+    skin.add(std::move(q));
+  }
+  Note note = Note::object();
+  note.append("schema", kSchema);
+  note.append("id", m.id);
+  note.append("scale_mm", m.scale);
+  note.append("size_range", m.size_range);
+  note.append("patch_spacing_mm", m.patch_spacing);
+  note.append("patch_sigma_mm", m.patch_sigma);
+  note.append("points", std::move(points));
+  if (!m.skin.empty()) note.append("skin", std::move(skin));
+  return note_text(note, "landmark model", NoteForm::kCompact);
 }
 
 LandmarkModel model_from_json(const char* text_begin, std::size_t size) {

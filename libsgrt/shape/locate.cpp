@@ -89,7 +89,7 @@ Jet skin_near(JetFitter& fitter, const LandmarkScene& scene, const Vec3& x, cons
 }
 
 // The place of a landmark of all patients: where the others let expect it, moved to the extremum of its kind, each by
-// its covariance (eq. 5).
+// its covariance.
 Landmark place_of(const Run& run, const LandmarkScene& scene, const LandmarkModel& model, const Match& match,
                   std::size_t i) {
   const LandmarkPoint& p = model.points[i];
@@ -157,6 +157,9 @@ void by_constellation(const Run& run, LandmarkScene& scene, const LandmarkModel&
                       const std::vector<Match>& matches, const LocateOptions& options, LocatedLandmarks& out) {
   if (!matches.empty()) note(matches, 0, out);
   const double least = options.min_score;
+  if (scene.field().known == 0)
+    return not_found(out, "nowhere on the surface is the curvature known at a scale of " + rounded(scene.scale) +
+                              " mm: too few points, no normals, or normals that disagree");
   if (matches.empty() || out.score < least || out.matched < options.min_points ||
       matches[0].evidence < kLeastEvidence) {
     not_found(out, "the model's landmarks are not on the surface: " + std::to_string(out.candidates) +

@@ -1,4 +1,4 @@
-// Derivatives in batches, then the forms. docs/theory/curvature.md eq. 3-9.
+// Derivatives in batches, then the forms. docs/theory/curvature.md eq. 3-7.
 #include "shape/nurbs_curvature.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Curvature of NURBS surfaces, analytic, many places at once. docs/theory/curvature.md eq. 3-9.
+// Curvature of NURBS surfaces, analytic, many places at once. docs/theory/curvature.md eq. 3-7.
 #pragma once
 
 #include "core/run.hpp"

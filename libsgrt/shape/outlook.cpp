@@ -85,9 +85,8 @@ double departure2(const Drift* drifts, const double* radii, const double* growth
 }  // namespace
 
 Outlook outlook_of(const Drift* drifts, const double* radii, std::size_t count, int order, double r, double variance) {
-  constexpr std::size_t kMost = 32;
-  const std::size_t steps = std::min(count, kMost) - 1;
-  double growth[kMost];
+  const std::size_t steps = std::min(count, kMostDiscs) - 1;
+  double growth[kMostDiscs];
   const double power = grown(r, order), power2 = power * power;
   double inside = grown(radii[0], order);
   for (std::size_t j = 0; j < steps; ++j) {

@@ -8,6 +8,8 @@
 
 namespace sgrt {
 
+constexpr std::size_t kMostDiscs = 16;  // about a place, whose drifts are looked at
+
 // Of the tensor from one radius to the next, the mean of the nodes about a place.
 struct Drift {
   Mat3 mean = Mat3::Zero();

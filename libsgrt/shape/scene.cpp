@@ -17,7 +17,7 @@ constexpr double kWidest = 12;                    // mm
 constexpr double kStandsOut = 2.5;                // sigmas of persistence
 constexpr std::size_t kMostCandidates = 40;       // of each sign
 constexpr double kAbout = 0.75;                   // of the quadric through the curvature, over the scale
-constexpr double kGradient = 1.25;                // sigma of H's gradient times the scale, over sigma of H (eq. 5)
+constexpr double kGradient = 1.25;                // sigma of H's gradient times the scale, over sigma of H (eq. 4)
 constexpr double kBendNoise = 3.0;                // of H's second derivative times the scale squared, likewise
 constexpr double kRungs[] = {1, 1.35, 1.8, 2.4};  // of the scale
 constexpr double kCapBias = 0.05;                 // of C R^2: how far a disc of radius R moves a cap of curvedness C
@@ -172,15 +172,9 @@ std::pair<double, double> at_no_scale(const std::vector<Rung>& rungs, const Vec3
   return {(covariance * (D.transpose() * ldlt.solve(x)))[0], covariance(0, 0)};
 }
 
-}  // namespace
-
-namespace {
-
 // The curvature tensor of a fit on the axes of its tangent plane.
 Eigen::Matrix2d bend_of(const Jet& skin, const Eigen::Matrix<double, 2, 3>& plane) {
-  const Mat3 tensor = skin.a * skin.e1 * skin.e1.transpose() + skin.c * skin.e2 * skin.e2.transpose() +
-                      skin.b * (skin.e1 * skin.e2.transpose() + skin.e2 * skin.e1.transpose());
-  return plane * tensor * plane.transpose();
+  return plane * tensor_of(skin) * plane.transpose();
 }
 
 double square(double x) {

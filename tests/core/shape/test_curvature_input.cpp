@@ -116,6 +116,12 @@ TEST(ShapeCurvature, NormalsThatContradict) {
     EXPECT_TRUE(std::isnan(f.mean[i]) && std::isnan(f.sigma_k1[i]) && std::isnan(f.normals(i, 0)));
   }
   EXPECT_EQ(f.known, n - 1);
+  // Of three the first two agree.
+  twice.points.conservativeResize(n + 2, 3);
+  twice.normals.conservativeResize(n + 2, 3);
+  twice.points.row(n) = twice.points.row(n + 1) = sphere.points.row(7);
+  twice.normals.row(n) = sphere.normals.row(7), twice.normals.row(n + 1) = -sphere.normals.row(7);
+  EXPECT_EQ(surface_curvature(sgrt::Run{}, twice, {}).known, n - 1);
   Surface chance = sphere;
   test::Draw draw(5);
   for (std::int64_t i = 0; i < n; ++i) {

@@ -29,13 +29,14 @@ def _model(
         if named is None:
             raise Failure("--model any: needs --reference, whose most distinctive points are looked for")
         return named
+    surface = read_surface(reference)
     with about(reference):
-        surface, _ = outward(read_surface(reference), reference, viewpoint_mm, context)
+        surface, _ = outward(surface, reference, viewpoint_mm, context)
         return LandmarkModel.learn(surface, named, context=context)
 
 
 def _print(found: Landmarks) -> None:
-    print(f"{'':18}{'x':>10}{'y':>10}{'z':>10}{'one sigma':>12}{'score':>8}")
+    print(f"{'':18}{'x':>10}{'y':>10}{'z':>10}{'sigma':>12}{'score':>8}   mm; sigma: of the distance")
     for name, place, covariance, score in zip(
         found.names, found.positions_mm, found.covariance_mm2, found.scores, strict=True
     ):

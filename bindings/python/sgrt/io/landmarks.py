@@ -123,10 +123,14 @@ def landmarks_document(found: Landmarks | None, *, status: str | None = None, **
     seen = np.isfinite(found.positions_mm[:, 0])
     names = tuple(compress(found.names, seen))
     places = LandmarkSet(names, found.positions_mm[seen], found.covariance_mm2[seen], found.scores[seen])
+    entries = _entries(places)
+    for entry, repeat in zip(entries, found.repeat_covariance_mm2[seen], strict=True):
+        if np.isfinite(repeat).all():  # of a patient's own model alone
+            entry["repeat_covariance_mm2"] = repeat
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "status": found.status,
-        "landmarks": _entries(places),
+        "landmarks": entries,
         "not_in_view": list(compress(found.names, ~seen)),
         "score": found.score,
         "runner_up_score": found.runner_up_score,
