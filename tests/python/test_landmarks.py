@@ -239,6 +239,8 @@ def test_commands(skin, tmp_path, capsys):
     assert cli.main(["landmarks", live, "--reference", ref, "--out", str(tmp_path / "l.json")]) == 0
     assert "nose_apex" in capsys.readouterr().out
     assert len(io.read_landmarks(tmp_path / "l.json").names) >= 4
+    entry = json.loads((tmp_path / "l.json").read_text())["landmarks"][0]
+    assert np.trace(entry["repeat_covariance_mm2"]) < np.trace(entry["covariance_mm2"])
     where = ["--reference", ref, "--live", live, "--isocentre", "0", "0", "0", "--json"]
     assert cli.main(["register", *where, "--initial", "landmarks"]) == 0
     shift = json.loads(capsys.readouterr().out)

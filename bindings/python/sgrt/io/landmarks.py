@@ -125,7 +125,7 @@ def landmarks_document(found: Landmarks | None, *, status: str | None = None, **
     places = LandmarkSet(names, found.positions_mm[seen], found.covariance_mm2[seen], found.scores[seen])
     entries = _entries(places)
     for entry, repeat in zip(entries, found.repeat_covariance_mm2[seen], strict=True):
-        if np.isfinite(repeat).all():  # of a patient's own model alone
+        if not np.array_equal(repeat, entry["covariance_mm2"]):  # of a patient's own model
             entry["repeat_covariance_mm2"] = repeat
     document: dict[str, Any] = {
         "schema": SCHEMA,
