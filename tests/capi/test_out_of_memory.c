@@ -5,15 +5,15 @@
 #include "surfaces.h"
 
 static int failing = 0, onwards = 0; /* allocation number `failing` from now fails, and all after it */
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+enum { kHook = 1 };
+extern void* __libc_malloc(size_t size);
 static int refuses(void) {
   if (failing == 0) return 0;
   if (failing > 1) return --failing, 0;
   if (!onwards) failing = 0;
   return 1;
 }
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-enum { kHook = 1 };
-extern void* __libc_malloc(size_t size);
 /* The library's operator new comes by here. */
 void* malloc(size_t size) {
   return refuses() ? NULL : __libc_malloc(size);
