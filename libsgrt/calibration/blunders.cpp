@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 
 #include "calibration/initial.hpp"
 #include "core/median.hpp"
+#include "core/sequence.hpp"
 
 namespace sgrt {
 namespace {
@@ -46,11 +46,10 @@ double size_of(const View& view) {
 }
 
 // Four different corners; the same ones for the same try and count.
-View four_of(const View& view, std::uint64_t& state) {
+View four_of(const View& view, Sequence& sequence) {
   View four{view.camera, view.placement, {}, {}, {}, {}};
   while (four.index.size() < 4) {
-    state = state * 6364136223846793005U + 1442695040888963407U;
-    const auto i = static_cast<std::size_t>((state >> 33) % view.index.size());
+    const auto i = static_cast<std::size_t>((sequence.next() >> 33) % view.index.size());
     if (std::count(four.index.begin(), four.index.end(), view.index[i]) > 0) continue;
     four.index.push_back(view.index[i]);
     four.pixel.push_back(view.pixel[i]);
@@ -67,9 +66,9 @@ View without_blunders(const Target& target, View view) {
   std::vector<double> best = residuals(target, *of_all, view);
   const double size = size_of(view);
   if (*std::max_element(best.begin(), best.end()) <= kHarmless * size) return view;
-  std::uint64_t state = 1;
+  Sequence sequence;
   for (int i = 0; i < kTries; ++i) {
-    const std::optional<Mat3> H = homography_of(target, four_of(view, state));
+    const std::optional<Mat3> H = homography_of(target, four_of(view, sequence));
     if (!H) continue;
     std::vector<double> lengths = residuals(target, *H, view);
     if (median_of(lengths) < median_of(best)) best = std::move(lengths);

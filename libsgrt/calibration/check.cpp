@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "calibration/blunders.hpp"
 #include "calibration/initial.hpp"
 #include "calibration/robust.hpp"
 #include "calibration/text.hpp"
@@ -34,7 +35,7 @@ void start_placements(const CalibrationData& data, Bundle& bundle, Scene& scene,
     Pose chosen;
     for (const View* start : views) {
       const Camera& camera = scene.cameras[start->camera];
-      const auto pose = plane_pose(bundle.target, camera, *start);
+      const auto pose = plane_pose(bundle.target, camera, without_blunders(bundle.target, *start));
       if (!pose) continue;
       scene.room_from_target[placement] = camera.camera_from_room.inverse() * *pose;
       double sum = 0;

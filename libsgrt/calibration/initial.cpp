@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/blunders.hpp"
 #include "core/error.hpp"
 
 namespace sgrt {
@@ -105,8 +104,7 @@ std::optional<Mat3> homography_of(const Target& target, const View& view) {
   return H;
 }
 
-std::optional<Pose> plane_pose(const Target& target, const Camera& camera, const View& seen) {
-  const View view = without_blunders(target, seen);
+std::optional<Pose> plane_pose(const Target& target, const Camera& camera, const View& view) {
   const std::optional<Mat3> H = homography_of(target, view);
   if (!H) return std::nullopt;
   double cost, other_cost;
@@ -121,8 +119,7 @@ double first_focal_length(const Target& target, const std::vector<View>& views, 
   Mat3 C = Mat3::Identity();
   C(0, 2) = -(width - 1) / 2.0;
   C(1, 2) = -(height - 1) / 2.0;
-  for (const View& seen : views) {
-    const View view = without_blunders(target, seen);
+  for (const View& view : views) {
     if (const auto H = homography_of(target, view)) centred.emplace_back(C * *H);
   }
   // From a field of 127 degrees to one of 3; the cost is smooth in log f, so steps of 3 % find its valley.

@@ -13,9 +13,9 @@ namespace sgrt {
 // degenerate set. Corners of weight 0 do not count.
 std::optional<Mat3> homography_of(const Target& target, const View& view);
 
-// The pose of a flat target, by the corners that are no blunders: of both that a plane allows, the one with the smaller
-// residuals. Nothing where there is none.
-std::optional<Pose> plane_pose(const Target& target, const Camera& camera, const View& seen);
+// The pose of a flat target: of both that a plane allows, the one with the smaller residuals. Nothing where there is
+// none. It follows blunders: calibration/blunders.hpp takes them out first.
+std::optional<Pose> plane_pose(const Target& target, const Camera& camera, const View& view);
 
 // The focal length, px, that explains the views best with square pixels and the principal point in the middle.
 double first_focal_length(const Target& target, const std::vector<View>& views, int width, int height);

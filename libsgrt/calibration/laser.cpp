@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "calibration/blunders.hpp"
 #include "calibration/initial.hpp"
 #include "calibration/laser_problem.hpp"
 #include "calibration/text.hpp"
@@ -19,7 +20,7 @@ std::vector<Pose> board_poses(const LaserProblem& p, const CalibrationData& data
   std::vector<Pose> poses;
   poses.reserve(p.views.size());
   for (const View& view : p.views) {
-    const std::optional<Pose> pose = plane_pose(p.target, p.camera, view);
+    const std::optional<Pose> pose = plane_pose(p.target, p.camera, without_blunders(p.target, view));
     if (!pose)
       fail(Status::kDegenerate, "placement " + in_quotes(data.placements[static_cast<std::size_t>(view.placement)]) +
                                     ": the corners tell no pose of the board");

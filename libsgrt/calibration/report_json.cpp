@@ -12,22 +12,6 @@ namespace {
 constexpr const char* kSchema = "sgrt-calibration/1";
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-Note number(double value) {
-  return std::isfinite(value) ? Note(value) : Note();
-}
-
-template <class Matrix>
-Note rows_of(const Matrix& m) {
-  Note rows = Note::list();
-  for (Eigen::Index i = 0; i < m.rows(); ++i) {
-    Note row = Note::list();
-    for (Eigen::Index j = 0; j < m.cols(); ++j) row.add(number(m(i, j)));
-    rows.add(std::move(row));
-  }
-  return rows;
-}
-
-// The table of docs/abi.md for the statuses that a report can have.
 const char* word_of(Status status) {
   switch (status) {
     case Status::kOk:
@@ -59,7 +43,7 @@ Note discarded_of(const CalibrationData& data, const std::vector<Discarded>& lis
     item["camera"] = data.cameras[d.camera].id;
     item["image"] = data.placements[d.placement];
     item["point"] = d.point < 0 ? Note() : Note(d.point);
-    item["residual_px"] = number(d.residual);
+    item["residual_px"] = d.residual;
     item["why"] = d.why;
     all.add(std::move(item));
   }
@@ -71,8 +55,8 @@ Note figures_of(const std::string& id, const CameraFigures& f) {
   json["id"] = id;
   json["images"] = f.views;
   json["corners"] = f.corners;
-  json["rms_px"] = number(f.rms);
-  json["rms_all_px"] = number(f.rms_all);
+  json["rms_px"] = f.rms;
+  json["rms_all_px"] = f.rms_all;
   return json;
 }
 
@@ -96,7 +80,7 @@ Note camera_of(const CalibrationResult& r, int c) {
   json["tilt_deg"] = Note::list(f.tilt_min_deg, f.tilt_max_deg);
   json["tilt_spread_deg"] = f.tilt_spread_deg;
   json["distance_mm"] = Note::list(f.distance_min, f.distance_max);
-  json["residual_pattern"] = number(f.pattern);
+  json["residual_pattern"] = f.pattern;
   Note map;
   map["distance_mm"] = f.map_distances;
   map["columns_px"] = f.map_x;
@@ -104,11 +88,11 @@ Note camera_of(const CalibrationResult& r, int c) {
   Note layers = Note::list();
   for (const Eigen::MatrixXd& layer : f.map_sigma) layers.add(rows_of(layer));
   map["sigma_px"] = std::move(layers);
-  json["projection_sigma_px"]["middle"] = number(f.projection_sigma_centre);
-  json["projection_sigma_px"]["worst"] = number(f.projection_sigma_worst);
+  json["projection_sigma_px"]["middle"] = f.projection_sigma_centre;
+  json["projection_sigma_px"]["worst"] = f.projection_sigma_worst;
   json["projection_map"] = std::move(map);
-  json["split_half"]["difference_px"] = number(f.split_rms);
-  json["split_half"]["predicted_px"] = number(f.split_predicted);
+  json["split_half"]["difference_px"] = f.split_rms;
+  json["split_half"]["predicted_px"] = f.split_predicted;
   return json;
 }
 
@@ -117,8 +101,8 @@ Note fit_of(const RoomFit& f) {
   json["name"] = f.name;
   json["points"] = f.points;
   json["sights"] = f.sights;
-  json["rms_px"] = number(f.rms_px);
-  json["point_rms_mm"] = number(f.point_rms_mm);
+  json["rms_px"] = f.rms_px;
+  json["point_rms_mm"] = f.point_rms_mm;
   json["rig_from_room"] = rows_of(f.rig_from_room.matrix());
   json["covariance"] = rows_of(f.covariance);
   const Vec6 d = f.covariance.diagonal();
@@ -140,10 +124,6 @@ Note fits_of(const std::vector<RoomFit>& fits) {
   Note all = Note::list();
   for (const RoomFit& f : fits) all.add(fit_of(f));
   return all;
-}
-
-Note warp_of(const CalibrationResult& r) {
-  return Note::list(r.scene.warp.x(), r.scene.warp.y(), r.scene.warp.z());
 }
 
 Note note_of_rig(const Rig& rig) {
@@ -170,12 +150,12 @@ Note& as_object(Note& note) {
 
 std::string report_json(const CalibrationData& data, const CalibrationResult& r) {
   Note json = head("calibration", r.status, r.message);
-  json["noise_px"] = number(r.status == Status::kOk ? r.noise : std::nan(""));
-  json["rms_px"] = number(r.status == Status::kOk ? r.rms : std::nan(""));
-  json["rms_all_px"] = number(r.status == Status::kOk ? r.rms_all : std::nan(""));
+  json["noise_px"] = r.status == Status::kOk ? r.noise : std::nan("");
+  json["rms_px"] = r.status == Status::kOk ? r.rms : std::nan("");
+  json["rms_all_px"] = r.status == Status::kOk ? r.rms_all : std::nan("");
   json["iterations"] = r.iterations;
   json["board"]["points"] = data.points.rows();
-  json["board"]["warp_mm"] = warp_of(r);
+  json["board"]["warp_mm"] = list_of(r.scene.warp);
   json["cameras"] = Note::list();
   for (int c = 0; c < static_cast<int>(r.cameras.size()); ++c) json["cameras"].add(camera_of(r, c));
   Note sigmas = Note::object();
@@ -187,7 +167,7 @@ std::string report_json(const CalibrationData& data, const CalibrationResult& r)
     Note item;
     item["pair"] = v.pair;
     item["distance_mm"] = v.distance;
-    item["point_sigma_mm"] = Note::list(number(v.sigma.x()), number(v.sigma.y()), number(v.sigma.z()));
+    item["point_sigma_mm"] = list_of(v.sigma);
     json["volume"].add(std::move(item));
   }
   json["discarded"] = discarded_of(data, r.discarded);
@@ -198,9 +178,9 @@ std::string report_json(const CalibrationData& data, const CalibrationResult& r)
 std::string report_json(const CalibrationData& data, const CheckResult& r) {
   Note json = head("check", r.status, r.message);
   const bool ok = r.status == Status::kOk;
-  json["noise_px"] = number(ok ? r.noise : std::nan(""));
-  json["rms_px"] = number(ok ? r.rms : std::nan(""));
-  json["expected_rms_px"] = number(ok ? r.expected_rms : std::nan(""));
+  json["noise_px"] = ok ? r.noise : std::nan("");
+  json["rms_px"] = ok ? r.rms : std::nan("");
+  json["expected_rms_px"] = ok ? r.expected_rms : std::nan("");
   json["cameras"] = Note::list();
   for (std::size_t c = 0; c < r.figures.size(); ++c) json["cameras"].add(figures_of(r.cameras[c], r.figures[c]));
   json["discarded"] = discarded_of(data, r.discarded);
@@ -210,10 +190,10 @@ std::string report_json(const CalibrationData& data, const CheckResult& r) {
 
 std::string report_json(const CalibrationData& data, const RoomResult& r) {
   Note json = head("room", r.status, r.message);
-  json["noise_px"] = number(r.status == Status::kOk ? r.noise_px : std::nan(""));
+  json["noise_px"] = r.status == Status::kOk ? r.noise_px : std::nan("");
   json["rigs"] = fits_of(r.rigs);
   json["pairs"] = fits_of(r.pairs);
-  json["pair_disagreement_mm"] = number(r.status == Status::kOk ? r.pair_disagreement_mm : std::nan(""));
+  json["pair_disagreement_mm"] = r.status == Status::kOk ? r.pair_disagreement_mm : std::nan("");
   json["discarded"] = discarded_of(data, r.discarded);
   json["warnings"] = r.warnings;
   return note_text(json, "report");
@@ -224,24 +204,24 @@ std::string report_json(const CalibrationData& data, const LaserCalibration& r) 
   json["laser"] = r.unit.id;
   json["camera"] = data.cameras.empty() ? Note() : Note(data.cameras[0].id);
   const bool ok = r.status == Status::kOk;
-  json["rms_px"] = number(ok ? r.rms : std::nan(""));
-  json["residuals_over_sigma"] = number(ok ? r.noise_scale : std::nan(""));
-  json["point_sigma_mm"] = number(ok ? r.sigma_mm : std::nan(""));
+  json["rms_px"] = ok ? r.rms : std::nan("");
+  json["residuals_over_sigma"] = ok ? r.noise_scale : std::nan("");
+  json["point_sigma_mm"] = ok ? r.sigma_mm : std::nan("");
   json["iterations"] = r.iterations;
   json["placements"] = Note::list();
   for (const LaserCalibration::Placement& p : r.placements) {
     Note item;
     item["name"] = p.name;
     item["corners"] = p.corners;
-    item["corner_rms_px"] = number(p.corner_rms);
+    item["corner_rms_px"] = p.corner_rms;
     item["stripe_points"] = p.stripes;
-    item["stripe_rms_px"] = number(p.stripe_rms);
+    item["stripe_rms_px"] = p.stripe_rms;
     json["placements"].add(std::move(item));
   }
   Note sigmas = Note::object();
   for (std::size_t i = 0; i < r.parameters.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    sigmas[r.parameters[i]] = number(std::sqrt(std::max(r.covariance(k, k), 0.0)));
+    sigmas[r.parameters[i]] = std::sqrt(std::max(r.covariance(k, k), 0.0));
   }
   json["sigma"] = std::move(sigmas);
   json["not_fixed"] = r.unfixed;
@@ -255,7 +235,7 @@ std::string rig_with_provenance(const CalibrationData& data, const CalibrationRe
   json["images"] = data.placements;
   json["noise_px"] = r.noise;
   json["rms_px"] = r.rms;
-  json["board_warp_mm"] = warp_of(r);
+  json["board_warp_mm"] = list_of(r.scene.warp);
   json["warnings"] = r.warnings;
   return with_provenance(r.rig, json);
 }
@@ -275,20 +255,20 @@ std::string report_json(const TofCalibration& r) {
   json["pixels"] = r.samples;
   json["outliers"] = r.outliers;
   const bool ok = r.status == Status::kOk;
-  json["rms_before_mm"] = number(ok ? r.rms_before : std::nan(""));
-  json["rms_after_mm"] = number(ok ? r.rms_after : std::nan(""));
-  json["expected_rms_mm"] = number(ok ? r.expected : std::nan(""));
-  json["placement_rms_mm"] = number(ok ? r.placement_rms : std::nan(""));
-  json["pixel_offset_rms_mm"] = number(ok ? r.pixel_rms : std::nan(""));
+  json["rms_before_mm"] = ok ? r.rms_before : std::nan("");
+  json["rms_after_mm"] = ok ? r.rms_after : std::nan("");
+  json["expected_rms_mm"] = ok ? r.expected : std::nan("");
+  json["placement_rms_mm"] = ok ? r.placement_rms : std::nan("");
+  json["pixel_offset_rms_mm"] = ok ? r.pixel_rms : std::nan("");
   json["range_correction_sigma_mm"] = r.range_sigma;
   json["placements"] = Note::list();
   for (const TofPlacementFigures& p : r.placements) {
     Note item;
     item["name"] = p.name;
     item["pixels"] = p.pixels;
-    item["range_mm"] = number(p.range);
-    item["mean_before_mm"] = number(p.before);
-    item["mean_after_mm"] = number(p.after);
+    item["range_mm"] = p.range;
+    item["mean_before_mm"] = p.before;
+    item["mean_after_mm"] = p.after;
     json["placements"].add(std::move(item));
   }
   json["warnings"] = r.warnings;

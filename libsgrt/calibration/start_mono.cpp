@@ -103,6 +103,7 @@ Mono calibrate_alone(const Run& run, const CalibrationData& data, const Calibrat
   };
   std::vector<View> own = of_camera(views, camera);
   need_views(own.size());
+  for (View& view : own) view = without_blunders(target, std::move(view));
   mono.camera.id = given.id;
   mono.camera.width = given.width;
   mono.camera.height = given.height;
@@ -113,7 +114,7 @@ Mono calibrate_alone(const Run& run, const CalibrationData& data, const Calibrat
   for (const View& view : own) {
     const auto pose = plane_pose(target, mono.camera, view);
     if (pose) {
-      mono.views.push_back(without_blunders(target, view));
+      mono.views.push_back(view);
       mono.camera_from_target.push_back(*pose);
     } else {
       discarded.push_back({camera, view.placement, -1, std::nan(""), "no pose of the board explains its points"});

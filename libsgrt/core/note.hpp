@@ -3,6 +3,7 @@
 // (core/note_json.inl). One that was moved from may be dropped or assigned to, nothing else.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -97,5 +98,20 @@ class Note {
   double real_ = 0;
   std::unique_ptr<Branch> branch_;
 };
+
+// The numbers of a vector; the rows of a matrix. What is not finite is written as null.
+template <class Vector>
+Note list_of(const Vector& v) {
+  Note list = Note::list();
+  for (std::ptrdiff_t i = 0; i < v.size(); ++i) list.add(v[i]);
+  return list;
+}
+
+template <class Matrix>
+Note rows_of(const Matrix& m) {
+  Note rows = Note::list();
+  for (std::ptrdiff_t i = 0; i < m.rows(); ++i) rows.add(list_of(m.row(i)));
+  return rows;
+}
 
 }  // namespace sgrt

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numeric>
+
+#include "core/sequence.hpp"
 
 namespace sgrt {
 namespace {
@@ -127,13 +128,10 @@ double bias_share(const Smoother& s, const Normal& normal, const Band& factor, d
     return x;
   };
   double noise = 0, prior = 0;
-  std::uint64_t bits = 1;
+  Sequence sequence;
   for (int k = 0; k < kProbes; ++k) {
     std::vector<double> z(static_cast<std::size_t>(factor.size));
-    for (double& x : z) {
-      bits = bits * 6364136223846793005U + 1442695040888963407U;
-      x = bits >> 63 ? 1 : -1;
-    }
+    for (double& x : z) x = sequence.next() >> 63 ? 1 : -1;
     const std::vector<double> h = smooth(z), hh = smooth(h);
     for (std::size_t i = 0; i < h.size(); ++i) {
       noise += (h[i] - hh[i]) * (h[i] - hh[i]) / kProbes;

@@ -86,10 +86,6 @@ JsonTree lasers_of(const Rig& rig) {
   return JsonTree(std::move(tree.root.at("lasers")));
 }
 
-Note list(const Vec3& v) {
-  return Note::list(v.x(), v.y(), v.z());
-}
-
 }  // namespace
 
 std::vector<std::string> laser_ids(const Rig& rig) {
@@ -132,13 +128,13 @@ std::string rig_with_laser(const Rig& rig, const LaserUnit& u, const RigUncertai
   item["id"] = u.id;
   item["camera"] = rig.cameras[static_cast<std::size_t>(u.camera)].id;
   Note& fan = item["fan"];
-  fan["point"] = list(u.fan_point);
-  fan["normal"] = list(u.fan_normal);
+  fan["point"] = list_of(u.fan_point);
+  fan["normal"] = list_of(u.fan_normal);
   if (u.mirror) {
     Note& mirror = item["mirror"];
-    mirror["axis_point"] = list(u.axis_point);
-    mirror["axis_direction"] = list(u.axis_direction);
-    mirror["normal_at_zero"] = list(u.normal_at_zero);
+    mirror["axis_point"] = list_of(u.axis_point);
+    mirror["axis_direction"] = list_of(u.axis_direction);
+    mirror["normal_at_zero"] = list_of(u.normal_at_zero);
     mirror["offset_mm"] = u.offset;
     mirror["angle_scale"] = u.angle_scale;
     mirror["angle_zero_rad"] = u.angle_zero;

@@ -255,10 +255,7 @@ void write_camera(const Camera& camera, Note& json) {
     json["distortion"] =
         std::vector<double>(camera.distortion.begin(), camera.distortion.begin() + camera.distortion_count);
   }
-  const Mat4 T = camera.camera_from_room.matrix();
-  Note rows = Note::list();
-  for (int i = 0; i < 4; ++i) rows.add(Note::list(T(i, 0), T(i, 1), T(i, 2), T(i, 3)));
-  json["camera_from_room"] = std::move(rows);
+  json["camera_from_room"] = rows_of(camera.camera_from_room.matrix());
 }
 
 void write_uncertainty(const RigUncertainty& u, Note& json) {
@@ -266,12 +263,9 @@ void write_uncertainty(const RigUncertainty& u, Note& json) {
     json.erase("uncertainty");
     return;
   }
-  Note modes = Note::list();
-  for (Eigen::Index i = 0; i < u.modes.cols(); ++i)
-    modes.add(std::vector<double>(u.modes.col(i).begin(), u.modes.col(i).end()));
   Note& uncertainty = json["uncertainty"];
   uncertainty["parameters"] = u.parameters;
-  uncertainty["modes"] = std::move(modes);
+  uncertainty["modes"] = rows_of(u.modes.transpose());
   if (u.residual_px > 0) uncertainty["residual_px"] = u.residual_px;
 }
 

@@ -76,18 +76,6 @@ SkinPlace skin_of(const Json& j, const std::string& path) {
           vector(member(j, "normal", path), path + "normal"), number(member(j, "sigma_mm", path), path + "sigma_mm")};
 }
 
-Note note_of(const Vec3& v) {
-  return Note::list(v.x(), v.y(), v.z());
-}
-
-// N x 3.
-template <class Matrix>
-Note rows_of(const Matrix& rows) {
-  Note list = Note::list();
-  for (Eigen::Index i = 0; i < rows.rows(); ++i) list.add(note_of(Vec3(rows.row(i).transpose())));
-  return list;
-}
-
 double optional_number(const Json& j, const char* key, double otherwise) {
   const auto found = j.find(key);
   return found == j.end() ? otherwise : number(*found, key);
@@ -137,8 +125,8 @@ std::string model_to_json(const LandmarkModel& m) {
   for (const LandmarkPoint& p : m.points) {
     Note q = Note::object();
     q.append("name", p.name);
-    q.append("position_mm", note_of(p.position));
-    q.append("normal", note_of(p.normal));
+    q.append("position_mm", list_of(p.position));
+    q.append("normal", list_of(p.normal));
     q.append("k1_per_mm", p.k1);
     q.append("k2_per_mm", p.k2);
     q.append("sigma_mm", p.sigma);
@@ -148,8 +136,8 @@ std::string model_to_json(const LandmarkModel& m) {
   }
   for (const SkinPlace& p : m.skin) {
     Note q = Note::object();
-    q.append("position_mm", note_of(p.position));
-    q.append("normal", note_of(p.normal));
+    q.append("position_mm", list_of(p.position));
+    q.append("normal", list_of(p.normal));
     q.append("sigma_mm", p.sigma);
     skin.add(std::move(q));
   }

@@ -1,6 +1,8 @@
 // The memory of a call and the rules that fill its arguments; see calls.hpp.
 #include "calls.hpp"
 
+#include "../sanitizers.h"
+
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -151,13 +153,24 @@ void* out(std::size_t bytes) {
   return arena().take(bytes, false);
 }
 
-sgrt_context* context_with(int threads) {
+sgrt_context* context_with(int threads, sgrt_progress_fn progress, void* user) {
   sgrt_context_options o;
   sgrt_context* context = nullptr;
   sgrt_context_options_init(&o, sizeof o);
   o.threads = threads;
+  o.progress = progress;
+  o.progress_user = user;
   if (sgrt_context_create(&o, &context) != SGRT_OK) std::abort();
   return context;
+}
+
+int quiet_streams() {
+  const int quiet = memfd_create("quiet", 0);
+  dup2(quiet, 1);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  dup2(quiet, 2);
+#endif
+  return quiet;
 }
 
 // Packed, row by row; `bytes` is what it spans.

@@ -91,7 +91,9 @@ T* in(const std::vector<T>& values) {
 sgrt_view* view(const void* data, std::int32_t dtype, std::vector<std::int64_t> shape);
 sgrt_mut_view* out_view(std::int32_t dtype, std::vector<std::int64_t> shape);
 // One with so many threads; the caller destroys it.
-sgrt_context* context_with(int threads);
+sgrt_context* context_with(int threads, sgrt_progress_fn progress = nullptr, void* user = nullptr);
+// Standard output and standard error go into the file that is given, but for a sanitizer's own report.
+int quiet_streams();
 const double* numbers(std::vector<double> values);
 template <class T>
 T* options(sgrt_status (*init)(T*, std::size_t)) {

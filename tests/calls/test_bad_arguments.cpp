@@ -5,13 +5,10 @@
 //
 //   test_bad_arguments expected.txt            the test
 //   test_bad_arguments expected.txt --observe  what every call gives, to review and to extend expected.txt
-#include "../sanitizers.h"
-
 #include <fcntl.h>
 #include <fnmatch.h>
 #include <setjmp.h>
 #include <signal.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -169,11 +166,7 @@ int main(int count, char** arguments) {
   for (int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) signal(number, crashed);
   const std::vector<Rule> rules = read_rules(arguments[1]);
   build_world();
-  const int quiet = memfd_create("quiet", 0);
-  dup2(quiet, 1);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  dup2(quiet, 2);  // else the sanitizer's own report would be lost
-#endif
+  const int quiet = quiet_streams();
   const int calls_made = run_all(rules, observe, count > 3 ? arguments[3] : nullptr);
   std::fflush(nullptr);
   if (lseek(quiet, 0, SEEK_END) != 0) failed("stdout and stderr", "something was written");

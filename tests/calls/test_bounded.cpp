@@ -43,17 +43,6 @@ std::int32_t poll(void* user, double fraction, const char* stage) {
   return ++p.seen == p.stop_at;
 }
 
-sgrt_context* context_of_polls(Polls& polls, int threads) {
-  sgrt_context_options o;
-  sgrt_context* context = nullptr;
-  sgrt_context_options_init(&o, sizeof o);
-  o.threads = threads;
-  o.progress = poll;
-  o.progress_user = &polls;
-  if (sgrt_context_create(&o, &context) != SGRT_OK) std::abort();
-  return context;
-}
-
 // Single steps and short loops: nothing to stop.
 const std::set<std::string> kNoPolls = {
     "sgrt_surface_create",         "sgrt_surface_from_height_field", "sgrt_surface_move",
@@ -64,7 +53,7 @@ const std::set<std::string> kNoPolls = {
 
 void check_cancel(const Function& f) {
   Polls polls;
-  sgrt_context* context = context_of_polls(polls, 1);
+  sgrt_context* context = context_with(1, poll, &polls);
   context_of_calls = context;
   std::string digest;
   {
@@ -109,13 +98,7 @@ std::int32_t throws(void* user, double, const char*) {
 
 void check_throw(const Function& f) {
   int how = 0;
-  sgrt_context_options o;
-  sgrt_context* context = nullptr;
-  sgrt_context_options_init(&o, sizeof o);
-  o.threads = 2;
-  o.progress = throws;
-  o.progress_user = &how;
-  if (sgrt_context_create(&o, &context) != SGRT_OK) std::abort();
+  sgrt_context* context = context_with(2, throws, &how);
   context_of_calls = context;
   for (const int kind : {1, 2}) {
     how = 0;  // not in the making of a session
@@ -197,7 +180,7 @@ int main(int count, char** arguments) {
   }
   free_world();
   Polls polls;
-  sgrt_context* context = context_of_polls(polls, 2);
+  sgrt_context* context = context_with(2, poll, &polls);
   for (const Shape& shape : bad_shapes(points)) check_shape(shape, context, polls);
   sgrt_context_free(context);
   std::printf("%d failures\n", failures);

@@ -10,7 +10,6 @@
 #include <fcntl.h>
 #include <fenv.h>
 #include <signal.h>
-#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -174,11 +173,7 @@ int main(int count, char** arguments) {
   }
   (void)count, (void)arguments;
   build_world();
-  const int quiet = memfd_create("quiet", 0);
-  dup2(quiet, 1);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  dup2(quiet, 2);  // else the sanitizer's own report would be lost
-#endif
+  const int quiet = quiet_streams();
   std::vector<std::string> answers;
   answers.reserve(functions().size());
   for (const Function& f : functions()) answers.push_back(answer_of(f));
