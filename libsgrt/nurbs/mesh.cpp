@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "nurbs/homogeneous.hpp"
@@ -14,6 +15,8 @@ namespace sgrt {
 namespace {
 
 using Eigen::Index;
+
+constexpr Index kBlock = 1 << 16;  // points between two polls: some ten milliseconds
 
 struct Bounds {
   double uu, uv, vv;
@@ -76,23 +79,29 @@ std::vector<double> cut(const std::vector<double>& at, const std::vector<double>
   return out;
 }
 
-void add_triangle(std::vector<std::int32_t>& faces, const Points& points, Index a, Index b, Index c) {
+// The corners of a triangle, unless it shrank to a line.
+bool spans(const Points& points, Index a, Index b, Index c) {
   const Vec3 x = points.row(a).transpose(), y = points.row(b).transpose(), z = points.row(c).transpose();
   const double longest = std::max({(y - x).norm(), (z - y).norm(), (x - z).norm()});
-  if (!((y - x).cross(z - x).norm() > 1e-12 * longest * longest)) return;
-  for (Index i : {a, b, c}) faces.push_back(static_cast<std::int32_t>(i));
+  return (y - x).cross(z - x).norm() > 1e-12 * longest * longest;
 }
 
-Faces faces_of(const Points& points, Index nu, Index nv) {
-  std::vector<std::int32_t> faces;
+Faces faces_of(const Run& run, const Points& points, Index nu, Index nv) {
+  Faces faces(2 * (nu - 1) * (nv - 1), 3);
+  Index count = 0;
+  const auto add = [&](Index a, Index b, Index c) {
+    if (spans(points, a, b, c)) faces.row(count++) = Eigen::RowVector3<Index>(a, b, c).cast<std::int32_t>();
+  };
   for (Index i = 0; i + 1 < nu; ++i) {
     for (Index j = 0; j + 1 < nv; ++j) {  // counter-clockwise about S_u x S_v
       const Index a = i * nv + j;
-      add_triangle(faces, points, a, a + nv, a + nv + 1);
-      add_triangle(faces, points, a, a + nv + 1, a + 1);
+      if (a % kBlock == 0) run.poll(static_cast<double>(a) / static_cast<double>(nu * nv), "mesh: triangles");
+      add(a, a + nv, a + nv + 1);
+      add(a, a + nv + 1, a + 1);
     }
   }
-  return Eigen::Map<const Faces>(faces.data(), static_cast<Index>(faces.size() / 3), 3);
+  faces.conservativeResize(count, 3);
+  return faces;
 }
 
 }  // namespace
@@ -121,25 +130,27 @@ Surface mesh_of(const Run& run, const SurfaceEvaluator& evaluator, double chord_
       nv[b] = std::max(nv[b], std::ceil(std::sqrt((M.vv + M.uv) / (4 * chord_error_mm))));
     }
   }
-  double rows = 1, columns = 1;
-  for (double n : nu) rows += n;
-  for (double n : nv) columns += n;
-  if (!(rows * columns <= static_cast<double>(kMaxPoints))) {
-    fail(Status::kLimit, "chord_error_mm: " + text_of(chord_error_mm) + " would take " + text_of(rows * columns) +
+  const double size = std::accumulate(nu.begin(), nu.end(), 1.0) * std::accumulate(nv.begin(), nv.end(), 1.0);
+  if (!(size <= static_cast<double>(kMaxPoints))) {
+    fail(Status::kLimit, "chord_error_mm: " + text_of(chord_error_mm) + " would take " + text_of(size) +
                              " points, expected at most 50 million");
   }
   const std::vector<double> u = cut(us, nu), v = cut(vs, nv);
-  std::vector<double> uv;
-  for (double x : u) {
-    for (double y : v) uv.insert(uv.end(), {x, y});
-  }
+  const auto rows = static_cast<Index>(u.size()), columns = static_cast<Index>(v.size()), n = rows * columns;
   Surface mesh;
-  const auto n = static_cast<Index>(uv.size() / 2);
   mesh.points.resize(n, 3);
   mesh.normals.resize(n, 3);
-  evaluate_points(run, evaluator, uv.data(), n, 0, mesh.points.data());
-  evaluate_normals(run, evaluator, uv.data(), n, mesh.normals.data());
-  mesh.faces = faces_of(mesh.points, static_cast<Index>(u.size()), static_cast<Index>(v.size()));
+  std::vector<double> uv;
+  for (Index first = 0; first < n; first += kBlock) {
+    run.poll(static_cast<double>(first) / static_cast<double>(n), "mesh: points");
+    const Index last = std::min(n, first + kBlock);
+    uv.clear();
+    for (Index k = first; k < last; ++k)
+      uv.insert(uv.end(), {u[static_cast<std::size_t>(k / columns)], v[static_cast<std::size_t>(k % columns)]});
+    evaluate_points(run, evaluator, uv.data(), last - first, 0, mesh.points.row(first).data());
+    evaluate_normals(run, evaluator, uv.data(), last - first, mesh.normals.row(first).data());
+  }
+  mesh.faces = faces_of(run, mesh.points, rows, columns);
   return make_surface(std::move(mesh));
 }
 

@@ -31,6 +31,26 @@ void use(const sgrt_nurbs_curve* curve) {
   }
 }
 
+std::int32_t stop_at_20(void* polls, double, const char*) {
+  return ++*static_cast<int*>(polls) == 20 ? 1 : 0;
+}
+
+// Uneven weights may ask for millions of points: it is stopped, as a user would.
+void mesh(const sgrt_nurbs_surface* surface) {
+  int polls = 0;
+  auto options = fuzz::defaults(sgrt_context_options_init);
+  options.progress = stop_at_20;
+  options.progress_user = &polls;
+  sgrt_context* context = nullptr;
+  fuzz::require(fuzz::ok(sgrt_context_create(&options, &context)), "a context");
+  sgrt_surface* mesh = nullptr;
+  const sgrt_status status = fuzz::checked(sgrt_nurbs_surface_mesh(context, surface, 1e5, &mesh));
+  fuzz::require((status == SGRT_OK) == (mesh != nullptr), "a handle if and only if SGRT_OK");
+  fuzz::require((status == SGRT_E_CANCELLED) == (polls == 20), "cancelled when told to, and asked no more");
+  sgrt_surface_free(mesh);
+  sgrt_context_free(context);
+}
+
 void use(const sgrt_nurbs_surface* surface) {
   sgrt_nurbs_surface_info info;
   info.struct_size = sizeof info;
@@ -54,8 +74,7 @@ void use(const sgrt_nurbs_surface* surface) {
   sgrt_nurbs_surface* other = nullptr;
   fuzz::checked(sgrt_nurbs_surface_bezier(surface, 0, &other));
   sgrt_nurbs_surface_free(other);
-  sgrt_surface* mesh = nullptr;
-  if (fuzz::ok(sgrt_nurbs_surface_mesh(nullptr, surface, 1e5, &mesh))) sgrt_surface_free(mesh);
+  mesh(surface);
 }
 
 template <class Handle>

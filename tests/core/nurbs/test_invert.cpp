@@ -100,6 +100,20 @@ TEST(NurbsMesh, LiesWithinItsChordError) {
   expect_error(Status::kInvalidArgument, "chord_error_mm: 0", [&] { mesh_of(sgrt::Run{}, sphere, 0); });
 }
 
+TEST(NurbsMesh, IsCancelledWhileItGrows) {
+  const SurfaceEvaluator sphere(make_sphere(Vec3::Zero(), 50));
+  for (const char* stage : {"mesh: points", "mesh: triangles"}) {
+    int polls = 0;
+    sgrt::Run run;
+    run.progress = [&](double fraction, const char* at) {
+      EXPECT_TRUE(fraction >= 0 && fraction <= 1) << fraction;
+      return std::string(at) == stage && ++polls == 3;
+    };
+    expect_error(Status::kCancelled, stage, [&] { mesh_of(run, sphere, 3e-3); });
+    EXPECT_EQ(polls, 3);
+  }
+}
+
 TEST(NurbsInterpolate, PassesThroughItsPoints) {
   Draw draw(24);
   for (int degree = 1; degree <= 5; ++degree) {

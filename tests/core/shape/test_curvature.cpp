@@ -4,6 +4,7 @@
 
 #include "core/parallel.hpp"
 #include "shape/curvature.hpp"
+#include "shape/jet.hpp"
 #include "shape/surfaces.hpp"
 
 namespace sgrt {
@@ -157,6 +158,21 @@ TEST(ShapeCurvature, SameBitsAtAnyThreadsAndIsa) {
   const CurvatureField other = surface_curvature(run, s, {});
   EXPECT_TRUE((one.mean.array() == other.mean.array() || one.mean.array().isNaN()).all());
   EXPECT_TRUE((one.sigma_k1.array() == other.sigma_k1.array() || one.sigma_k1.array().isNaN()).all());
+}
+
+TEST(Jet, ADiscOfTooManyPointsIsThinned) {
+  const int side = 201;
+  const Wave w = wave(side, 0.05, false, true);
+  const Pyramid pyramid = make_pyramid(w.surface, 0.05);
+  const std::int64_t middle = side * side / 2;
+  JetFitter fitter(sgrt::Run{}, pyramid, 4);
+  const Jet whole = fitter.fit(w.surface.point(middle), w.surface.normal(middle), 3);    // 11,300 points
+  const Jet thinned = fitter.fit(w.surface.point(middle), w.surface.normal(middle), 4);  // 20,100
+  ASSERT_TRUE(whole.found() && thinned.found());
+  EXPECT_NEAR(0.5 * (whole.a + whole.c) / w.mean[middle], 1, 1e-3);
+  EXPECT_NEAR(0.5 * (thinned.a + thinned.c) / w.mean[middle], 1, 1e-3);
+  EXPECT_LT((thinned.foot - w.surface.point(middle)).norm(), 1e-3);
+  EXPECT_LT(thinned.covariance(0, 0), whole.covariance(0, 0));  // wider, if not of all its points
 }
 
 }  // namespace
