@@ -53,6 +53,33 @@ void expect_refused(Surface s, const Change& change, const std::string& words,
   expect_error(status, words, [&] { make_surface(s); });
 }
 
+TEST(Surface, KeptRowsKeepAllThatTheyCarry) {
+  Surface mesh = full_mesh();
+  mesh.faces.resize(3, 3);
+  mesh.faces << 0, 1, 2, 3, 4, 5, 2, 4, 5;
+  for (Eigen::Index i = 0; i < 6; ++i) mesh.sigma[i] = 0.1 * static_cast<double>(i + 1), mesh.modes[1](i, 0) = i;
+  const Surface left = kept(mesh, {true, true, true, false, true, true});
+  ASSERT_EQ(left.size(), 5);
+  const int from[] = {0, 1, 2, 4, 5};
+  for (Eigen::Index i = 0; i < 5; ++i) {
+    EXPECT_EQ(left.points.row(i), mesh.points.row(from[i]));
+    EXPECT_EQ(left.sigma[i], mesh.sigma[from[i]]);
+    EXPECT_EQ(left.covariance.row(i), mesh.covariance.row(from[i]));
+    EXPECT_EQ(left.modes[1](i, 0), from[i]);
+  }
+  Faces faces(2, 3);  // the triangle of the point that went is gone, the others name their points anew
+  faces << 0, 1, 2, 2, 3, 4;
+  EXPECT_EQ(left.faces, faces);
+  // A grid keeps its shape.
+  const Surface grid = kept(full_grid(), {true, false, true, true, true, true});
+  EXPECT_EQ(grid.size(), 6);
+  EXPECT_FALSE(grid.present(1));
+  EXPECT_TRUE(grid.present(0) && std::isnan(grid.modes[0](1, 2)) && std::isnan(grid.sigma[1]));
+  expect_error(Status::kInsufficientData, "no point is left", [&] {
+    kept(mesh, {false, false, false, false, false, false});
+  });
+}
+
 TEST(Surface, TakesWhatIsGood) {
   EXPECT_EQ(make_surface(full_cloud()).size(), 6);
   EXPECT_TRUE(make_surface(full_grid()).organised());

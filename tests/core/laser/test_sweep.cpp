@@ -104,23 +104,6 @@ TEST(LaserJson, NamesWhatIsWrong) {
                [&] { laser_of(broken("\"lasers\": [", "\"lasers\": 1, \"x\": ["), "s"); });
 }
 
-// REQ-LASER-004
-TEST(PoseTrack, InterpolatesTheScrewAndNeverBeyond) {
-  PoseTrack track;
-  track.time = {1, 3};
-  track.room_from_body = {Pose{}, se3_exp((Vec6() << 0, 0, 0.4, 0, 0, 8).finished())};
-  check_track(track);
-  const Pose half = pose_at(track, 2);
-  EXPECT_LT((half.R - so3_exp(Vec3(0, 0, 0.2))).norm(), 1e-12);
-  EXPECT_NEAR(half.t.z(), 4, 1e-12);
-  EXPECT_EQ(pose_at(track, 1).t.z(), 0);
-  expect_error(Status::kInvalidArgument, "time 0.5", [&] { pose_at(track, 0.5); });
-  expect_error(Status::kInvalidArgument, "time 3.5", [&] { pose_at(track, 3.5); });
-  track.time = {3, 1};
-  expect_error(Status::kInvalidArgument, "increase", [&] { check_track(track); });
-  expect_error(Status::kInvalidArgument, "poses", [&] { check_track({}); });
-}
-
 // An image of the stripe on the plane z = 0, f32, with noise.
 std::vector<float> image_of_stripe(const Camera& camera, const LightPlane& plane, unsigned seed, double noise) {
   std::mt19937 random(seed);

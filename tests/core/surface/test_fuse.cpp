@@ -122,6 +122,11 @@ TEST(Fuse, CarriesCommonModesAndOnlyWhatAllHave) {
     EXPECT_NEAR(f.surface.modes[0](i, 2), x < 47 ? 1 : x > 103 ? 2 : f.surface.modes[0](i, 2), 1e-12);
     if (x > 50 && x < 100) EXPECT_NEAR(f.surface.modes[0](i, 2), 1.5, 1e-12);
   }
+  a.mode_names = {"cause"};
+  b.mode_names = {"another"};
+  const Surface apart = fuse(kSilent, {&a, &b}, {}).surface;  // of different causes: neither is kept
+  EXPECT_TRUE(apart.modes.empty() && apart.mode_names.empty());
+  b.mode_names.clear();
   b.modes.clear();
   EXPECT_TRUE(fuse(kSilent, {&a, &b}, {}).surface.modes.empty());
 }

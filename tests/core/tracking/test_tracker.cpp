@@ -148,5 +148,20 @@ TEST(Breathing, AmplitudeAndItsSigma) {
   EXPECT_TRUE(std::isnan(breathing.measure(kSilent, points_of(away)).mm));
 }
 
+TEST(Breathing, AnotherReferenceHasItsOwnPatch) {
+  Draw draw(7);
+  const auto reference = torso_surface(6000, 0.02, draw);
+  const Roi patch = roi_from_box(Vec3(-60, -60, -200), Vec3(60, 60, 200));
+  Tracker tracker(kSilent, reference, kIso, nullptr, &patch, TrackerOptions{});
+  const Vec3 up = Breathing(kSilent, *reference, patch).direction();
+  const Surface live = with_normals(moved(sample(torso, 3000, 0.1, draw), Pose{Mat3::Identity(), 4 * up}));
+  EXPECT_NEAR(tracker.push(kSilent, &live, 0).breathing.mm, 4, 0.1);
+  const auto lifted = std::make_shared<const Surface>(moved(*reference, Pose{Mat3::Identity(), 3 * up}));
+  tracker.replace_reference(kSilent, lifted, nullptr, &patch);
+  EXPECT_NEAR(tracker.push(kSilent, &live, 1).breathing.mm, 1, 0.1);
+  tracker.replace_reference(kSilent, lifted, nullptr, nullptr);
+  EXPECT_TRUE(std::isnan(tracker.push(kSilent, &live, 2).breathing.mm));
+}
+
 }  // namespace
 }  // namespace sgrt
