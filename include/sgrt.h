@@ -1118,9 +1118,10 @@ SGRT_API sgrt_status sgrt_nurbs_fit_options_init(sgrt_nurbs_fit_options *options
  * sgrt_nurbs_fit_free. Uses the context's threads; the result does not depend on their number.
  *
  * SGRT_E_INVALID_ARGUMENT   an option out of range, SGRT_NURBS_CHART_GRID for a surface that is not organised
- * SGRT_E_INSUFFICIENT_DATA  fewer than 16 points
+ * SGRT_E_INSUFFICIENT_DATA  fewer than 16 points, or points over correlation_points fewer than 4
  * SGRT_E_DEGENERATE         all points on a line or in one place; too flat or too closed for the chart asked for;
- *                           lambda = 0 where control points have no data; robust, and as many control points as points
+ *                           lambda = 0 where control points have no data; robust, and as many control points as points;
+ *                           a sigma less than a millionth of the usual one
  * SGRT_E_LIMIT              control points whose band matrix exceeds 1 GiB
  * SGRT_E_CANCELLED. since 0.1 */
 SGRT_API sgrt_status sgrt_nurbs_fit_create(sgrt_context *context, const sgrt_surface *surface,

@@ -23,6 +23,7 @@ constexpr double kLambdaStep = 0.05;          // relative, of the derivative tha
 constexpr double kWide = 2.0, kNarrow = 0.7;  // steps in log lambda
 constexpr double kFar = 1e3;                  // times the first lambda: look there again
 constexpr double kLeastScale = 1e-9;          // of the residuals, over that of the first solution
+constexpr double kLeastCount = 4;             // independent points: one more than a plane needs
 constexpr double kMostFollowed = 0.95;        // effective parameters over points that count
 
 struct State {
@@ -95,6 +96,10 @@ class Iteration {
       s_.count -= s_.robust[k] / correlation_;
       s_.robust[k] = s_.points.weight[k] = 0;
     }
+    if (!(s_.count >= kLeastCount))
+      fail(Status::kInsufficientData, "surface: its points that count are worth " + text_of(s_.count) +
+                                          " independent ones (correlation_points " + text_of(correlation_) +
+                                          "), expected at least 4");
     normal_ = normal_equations(smoother_.run, smoother_.grid, s_.points);
     search(searched);
     residuals(smoother_.run, chart_, smoother_.grid, s_.points, s_.trend, s_.solution.c, correlation_, s_.residuals);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/median.hpp"
 #include "core/parallel.hpp"
 
 namespace sgrt {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::int64_t kBlock = 8192;       // points
 constexpr double kPointsPerCell = 2;        // where the control points are chosen
+constexpr double kMostUneven = 1e12;        // of precisions
 constexpr std::int64_t kMaxBand = 1 << 27;  // numbers: 1 GiB
 
 double variance_of(const Surface& s, std::int64_t i, const Vec3& e) {
@@ -21,6 +23,19 @@ double variance_of(const Surface& s, std::int64_t i, const Vec3& e) {
   const double v = s.variance_along(i, known ? s.normal(i) : e);
   if (!(v > 0)) fail(Status::kInvalidArgument, "surface: a covariance that is 0 along the normal, expected > 0");
   return v;
+}
+
+// A point that weighs beyond all others would leave nothing of them in the digits of the sums.
+void check_precision(const Data& d) {
+  const auto sigma = [&](double precision) { return text_of(1 / std::sqrt(precision * d.correlation)) + " mm"; };
+  std::vector<double> all = d.precision;
+  const double usual = median(all);
+  for (std::size_t k = 0; k < d.precision.size(); ++k) {
+    if (std::isfinite(d.precision[k]) && d.precision[k] <= kMostUneven * usual) continue;
+    fail(Status::kDegenerate, "surface: point " + std::to_string(d.row[k]) + " has a sigma of " +
+                                  sigma(d.precision[k]) + ", expected a millionth of the usual one, " + sigma(usual) +
+                                  ", or more");
+  }
 }
 
 // Points in the gap of an open cylinder.
@@ -85,6 +100,7 @@ Data data_of(const Run& run, const Surface& s, const Chart& chart) {
     }
   };
   parallel_for(run, static_cast<std::int64_t>(d.row.size()), kBlock, block, "chart");
+  check_precision(d);
   if (chart.kind == FitChart::kCylinder && !chart.periodic) drop_strays(chart, d);
   return d;
 }

@@ -433,6 +433,21 @@ TEST(Fit, RefusesWhatCannotBeFitted) {
   expect_error(Status::kInvalidArgument, "axis", [&] { fit_nurbs({}, s, o); });
   o = {}, o.smoothing = FitSmoothing::kGiven, o.lambda = 0, o.control_points[0] = o.control_points[1] = 40;
   expect_error(Status::kDegenerate, "control points free", [&] { fit_nurbs({}, s, o); });
+  Surface shared = s;
+  shared.correlation_points = 100;
+  expect_error(Status::kInsufficientData, "worth 3 independent ones (correlation_points 100)",
+               [&] { fit_nurbs({}, shared, {}); });
+  for (const double sigma : {1e-320, 1e-200, 1e-50, 1e-12, 0.9e-7}) {
+    Surface uneven = s;
+    uneven.sigma = Eigen::VectorXd::Constant(300, 0.1);
+    uneven.sigma[7] = sigma;
+    for (const bool robust : {false, true}) {
+      o = {}, o.robust = robust;
+      expect_error(Status::kDegenerate, "point 7 has a sigma of ", [&] { fit_nurbs({}, uneven, o); });
+    }
+    uneven.sigma.setConstant(sigma);  // all alike they count alike, down to where a square is no number
+    if (sigma > 1e-100) EXPECT_GT(fit_nurbs({}, uneven, {}).noise, 1) << sigma;
+  }
   const Surface flat = field(300, 0, 1, [](double, double) { return 0.0; });
   o = {}, o.chart = FitChart::kSphere;
   expect_error(Status::kDegenerate, "surface: ", [&] { fit_nurbs({}, flat, o); });
