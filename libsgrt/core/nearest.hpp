@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/eigen.hpp"
+#include "core/run.hpp"
 
 namespace sgrt {
 
@@ -17,7 +18,7 @@ class Nearest {
     double distance2 = 0;     // mm2
   };
 
-  explicit Nearest(const Points& points);
+  Nearest(const Run& run, const Points& points);
   ~Nearest();
   Nearest(Nearest&&) noexcept;
   Nearest& operator=(Nearest&&) noexcept;

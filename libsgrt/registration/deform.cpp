@@ -58,7 +58,7 @@ struct Scene {
   Scene(const Run& run, const Surface& r, const Surface& l)
       : reference(with_normals(run, r)), live(with_normals(run, l)), field(make_field(run, reference)) {
     if (!carries_noise(reference)) reference_roughness = or_zero(roughness(run, reference, field.nearest));
-    if (!carries_noise(live)) live_roughness = or_zero(roughness(run, live, Nearest(live.points)));
+    if (!carries_noise(live)) live_roughness = or_zero(roughness(run, live, Nearest(run, live.points)));
   }
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;

@@ -97,7 +97,7 @@ Points displacement_field(const Run& run, const Field& field, const Patches& pat
                           const Pose& pose, double live_roughness, const FieldOptions& options) {
   Points nodes(static_cast<Eigen::Index>(patches.size()), 3);
   for (std::size_t k = 0; k < patches.size(); ++k) nodes.row(static_cast<Eigen::Index>(k)) = patches.centre[k];
-  const Nearest tree(nodes);
+  const Nearest tree(run, nodes);
   const Surface start = moved(live, pose);
   std::vector<Blend> blends(static_cast<std::size_t>(live.size()));
   parallel_for(

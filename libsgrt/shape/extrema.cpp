@@ -67,7 +67,7 @@ std::vector<std::int32_t> beside_in_sheet(const Run& run, const Surface& surface
     if (field.reason[static_cast<std::size_t>(i)] != 0)
       known.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
-  const Nearest nearest(known);
+  const Nearest nearest(run, known);
   parallel_for(
       run, n, kBlock,
       [&](std::int64_t begin, std::int64_t end) {

@@ -43,8 +43,8 @@ double grid_spacing(const Surface& s) {
   return std::sqrt(median(area));
 }
 
-double cloud_spacing(const Surface& s) {
-  const Nearest nearest(s.points);
+double cloud_spacing(const Run& run, const Surface& s) {
+  const Nearest nearest(run, s.points);
   std::vector<double> spacing;
   Nearest::Hit hits[kNeighbours];
   const std::int64_t step = std::max<std::int64_t>(1, s.size() / kSamples);
@@ -128,7 +128,7 @@ Grain grain_of(const Run& run, const Surface& surface, int degree, double noise)
   Grain grain;
   grain.spacing = area_spacing(surface);
   const bool counted = !(grain.spacing > 0);
-  if (counted) grain.spacing = cloud_spacing(surface);  // NaN: fewer than 3 points
+  if (counted) grain.spacing = cloud_spacing(run, surface);  // NaN: fewer than 3 points
   if (!(grain.spacing > 0)) return grain;
   grain.pyramid = make_pyramid(surface, grain.spacing);
   const SkinCells& cells = grain.pyramid.levels[0];

@@ -41,7 +41,7 @@ CurvatureField field_at(const Run& run, const Surface& surface, const Grain& gra
 
 LandmarkScene make_landmark_scene(const Run& run, const Surface& surface, const Grain& grain, double scale) {
   if (!(grain.spacing > 0)) fail(Status::kInsufficientData, "the surface has too few points for landmarks");
-  LandmarkScene s{&surface, &grain, scale, {}, Nearest(surface.points), {}};
+  LandmarkScene s{&surface, &grain, scale, {}, Nearest(run, surface.points), {}};
   const double sigma = grain.noise > 0 ? grain.noise * std::sqrt(surface.correlation_points) : 0;
   s.scale =
       std::max({scale, 2.6 * grain.spacing, std::min(kWidest, std::cbrt(3.91 * sigma * grain.spacing / kWanted))});

@@ -41,8 +41,8 @@ std::vector<Seen> seen_points(const Rectification& r, const Surface& surface, co
 }
 
 // The median distance between neighbouring points, px.
-double spacing_of(const Rectification& r, const Points& points, const std::vector<Seen>& seen) {
-  const Nearest nearest(points);
+double spacing_of(const Run& run, const Rectification& r, const Points& points, const std::vector<Seen>& seen) {
+  const Nearest nearest(run, points);
   std::vector<double> spacing;
   const std::int64_t step = std::max<std::int64_t>(1, points.rows() / 500);
   for (std::int64_t i = 0; i < points.rows(); i += step) {
@@ -169,7 +169,7 @@ double off_prior(const Rectification& r, const Prior& prior, std::int64_t node, 
 
 }  // namespace
 
-Prior make_prior(const Rectification& whole, const Surface& surface, const Roi* roi, int window,
+Prior make_prior(const Run& run, const Rectification& whole, const Surface& surface, const Roi* roi, int window,
                  const PriorOptions& options) {
   if (!(options.band > 0 && options.band <= 1000))
     fail(Status::kInvalidArgument, "band_mm: " + text_of(options.band) + ", expected more than 0, at most 1000");
@@ -187,7 +187,7 @@ Prior make_prior(const Rectification& whole, const Surface& surface, const Roi* 
   prior.search = std::max(kLeastSearch, prior.search);
   prior.crop = crop_round(whole, seen, window, prior.search);
   prior.nodes = make_nodes(prior.crop.width_left, prior.crop.height, window);
-  const double spacing = spacing_of(whole, points, seen);
+  const double spacing = spacing_of(run, whole, points, seen);
   fill_nodes(seen, std::max(1, static_cast<int>(std::ceil(1.5 * spacing / prior.nodes.stride))), prior);
   carry_on(prior);
   return prior;

@@ -30,7 +30,7 @@ struct Prior {
 
 // The part of `surface` that lies in `roi` (all of it when NULL) as both cameras see it. Throws kInsufficientData when
 // they do not.
-Prior make_prior(const Rectification& whole, const Surface& surface, const Roi* roi, int window,
+Prior make_prior(const Run& run, const Rectification& whole, const Surface& surface, const Roi* roi, int window,
                  const PriorOptions& options);
 
 // Makes prior.image, and masks what of the left image lies beside the region and its surroundings.

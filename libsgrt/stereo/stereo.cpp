@@ -140,7 +140,7 @@ void StereoMatcher::set_prior(const Run& run, const Surface* prior, const Roi* r
   std::optional<Prior> made;
   Rectification part;
   if (prior) {
-    made = make_prior(m.whole, *prior, roi, m.options.window, options);
+    made = make_prior(run, m.whole, *prior, roi, m.options.window, options);
     part = cropped(m.whole, made->crop);
   }
   RigError error = make_rig_error(run, m.modes, made ? part : m.whole);

@@ -51,7 +51,7 @@ Eigen::VectorXd even_out(const Field& field, const Eigen::VectorXd& eighth) {
 }  // namespace
 
 Field make_field(const Run& run, const Surface& surface) {
-  Field field{&surface, Nearest(surface.points), {}, 0, {}};
+  Field field{&surface, Nearest(run, surface.points), {}, 0, {}};
   field.ring.setConstant(surface.size(), 8, -1);
   Eigen::VectorXd eighth = Eigen::VectorXd::Zero(surface.size());
   parallel_for(

@@ -27,7 +27,7 @@ using Variances = Eigen::VectorXd;
 Variances variances_of(const Run& run, const Surface& s) {
   Variances v(s.size());
   const bool known = s.sigma.size() > 0 || s.covariance.rows() > 0;
-  const double rough = known ? kNan : roughness(run, s, Nearest(s.points));
+  const double rough = known ? kNan : roughness(run, s, Nearest(run, s.points));
   if (!known && !(rough > 0)) {
     fail(Status::kInsufficientData, "surface: it carries no sigma, and too few points to measure its roughness");
   }
@@ -205,7 +205,7 @@ Filtered filter(const Run& run, const Surface& surface, const FilterOptions& opt
   Filtered out;
   out.reason.resize(static_cast<std::size_t>(surface.size()));
   out.radius = options.radius > 0 ? options.radius : kRadiusSpacings * point_spacing(run, surface);
-  const Neighbourhood near(surface, out.radius);
+  const Neighbourhood near(run, surface, out.radius);
   const SpatialFilter spatial(surface, variance, options, out.radius);
   std::vector<Local> locals(static_cast<std::size_t>(surface.size()));
   parallel_for(

@@ -39,7 +39,7 @@ double grid_step(const Surface& s, std::int64_t i) {
 double point_spacing(const Run& run, const Surface& surface) {
   run.poll(0, "measuring the spacing");
   const std::int64_t stride = std::max<std::int64_t>(1, surface.size() / kSpacingPoints);
-  const std::unique_ptr<Nearest> tree = surface.organised() ? nullptr : std::make_unique<Nearest>(surface.points);
+  const std::unique_ptr<Nearest> tree = surface.organised() ? nullptr : std::make_unique<Nearest>(run, surface.points);
   std::vector<double> spacing;
   for (std::int64_t i = 0; i < surface.size(); i += stride) {
     if (!surface.present(i)) continue;
@@ -56,8 +56,8 @@ double point_spacing(const Run& run, const Surface& surface) {
   return median(spacing);
 }
 
-Neighbourhood::Neighbourhood(const Surface& surface, double radius) : s_(surface), radius_(radius) {
-  if (!surface.organised()) tree_ = std::make_unique<Nearest>(surface.points);
+Neighbourhood::Neighbourhood(const Run& run, const Surface& surface, double radius) : s_(surface), radius_(radius) {
+  if (!surface.organised()) tree_ = std::make_unique<Nearest>(run, surface.points);
 }
 
 void Neighbourhood::of(std::int64_t i, std::vector<std::int64_t>& neighbours) const {

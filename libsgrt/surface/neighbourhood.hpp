@@ -20,7 +20,7 @@ double point_spacing(const Run& run, const Surface& surface);
 
 class Neighbourhood {
  public:
-  Neighbourhood(const Surface& surface, double radius);
+  Neighbourhood(const Run& run, const Surface& surface, double radius);
   // The present points about within the radius of point i, without i. The same vector again and again: no allocation.
   void of(std::int64_t i, std::vector<std::int64_t>& neighbours) const;
 

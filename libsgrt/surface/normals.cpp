@@ -19,7 +19,7 @@ Surface estimate_normals(const Run& run, Surface surface, const NormalsOptions& 
     fail(Status::kInvalidArgument, "radius_mm is " + text_of(options.radius) + ", expected a positive number");
   }
   require(options.viewpoint.allFinite(), "viewpoint_mm is not finite");
-  const Nearest nearest(surface.points);
+  const Nearest nearest(run, surface.points);
   if (nearest.size() < kMinNeighbours) {
     fail(Status::kInsufficientData,
          "the surface has " + std::to_string(nearest.size()) + " points, normals need at least 6");

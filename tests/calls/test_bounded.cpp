@@ -45,10 +45,9 @@ std::int32_t poll(void* user, double fraction, const char* stage) {
 
 // Single steps and short loops: nothing to stop.
 const std::set<std::string> kNoPolls = {
-    "sgrt_surface_create",         "sgrt_surface_from_height_field", "sgrt_surface_move",
-    "sgrt_laser_session_create",   "sgrt_stereo_session_set_prior",  "sgrt_nurbs_curve_evaluate",
-    "sgrt_nurbs_surface_evaluate", "sgrt_nurbs_surface_grid",        "sgrt_nurbs_surface_normals",
-    "sgrt_reference_predict",
+    "sgrt_surface_create",       "sgrt_surface_from_height_field", "sgrt_surface_move",
+    "sgrt_laser_session_create", "sgrt_nurbs_curve_evaluate",      "sgrt_nurbs_surface_evaluate",
+    "sgrt_nurbs_surface_grid",   "sgrt_nurbs_surface_normals",     "sgrt_reference_predict",
 };
 
 void check_cancel(const Function& f) {

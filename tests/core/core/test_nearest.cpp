@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/parallel.hpp"
 #include "expect.hpp"
 
 namespace sgrt {
@@ -38,7 +39,7 @@ std::vector<Hit> brute_force(const Points& points, const Vec3& x, int k, double 
 }
 
 void expect_like_brute_force(const Points& points, const std::vector<Vec3>& queries) {
-  const Nearest nearest(points);
+  const Nearest nearest(sgrt::Run{}, points);
   Draw draw(99);
   for (std::size_t i = 0; i < queries.size(); ++i) {
     const int k = i % 3 == 0 ? 1 : i % 3 == 1 ? 5 : 30;
@@ -81,6 +82,47 @@ TEST(Nearest, RandomCloudsOfEverySize) {
   }
 }
 
+// A large cloud has several trees.
+TEST(Nearest, LargeCloudsInParts) {
+  Draw draw(10);
+  const Points spread = cloud(170'000, [&](int) { return draw.vec3(100); });
+  expect_like_brute_force(spread, queries_round(spread, 100, 60, draw));
+  // Ties across the cuts: a lattice, its points' order shuffled, asked half-way between them.
+  const Points lattice = cloud(110'592, [&](int i) {
+    const int j = static_cast<int>((std::int64_t{i} * 48'611) % 110'592);
+    return Vec3(j % 48, j / 48 % 48, j / 2304);
+  });
+  std::vector<Vec3> middles;
+  for (int i = 0; i < 60; ++i)
+    middles.push_back(0.5 * Vec3(std::floor(draw.uniform(40, 56)), std::floor(draw.uniform(40, 56)),
+                                 std::floor(draw.uniform(40, 56))));
+  expect_like_brute_force(lattice, middles);
+  // Most coordinates equal, so that a cut runs through equal ones.
+  const Points comb = cloud(120'000, [&](int i) { return Vec3(i % 7 == 0 ? i : 0, 1e-3 * i, 0); });
+  expect_like_brute_force(comb, queries_round(comb, 120, 30, draw));
+}
+
+TEST(Nearest, AsksBetweenItsPartsAndIsTheSameWithThreads) {
+  Draw draw(11);
+  const Points p = cloud(300'000, [&](int) { return draw.vec3(100); });
+  int polls = 0;
+  sgrt::Run run;
+  run.progress = [&](double, const char*) { return ++polls == 20; };
+  expect_error(Status::kCancelled, "search tree", [&] { Nearest(run, p); });
+  EXPECT_EQ(polls, 20);
+  ThreadPool pool(4);
+  sgrt::Run by_four;
+  by_four.pool = &pool;
+  const Nearest one(sgrt::Run{}, p), four(by_four, p);
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 x = draw.vec3(120);
+    Hit a[8], b[8];
+    ASSERT_EQ(one.neighbours(x, 8, kInf, a), 8);
+    ASSERT_EQ(four.neighbours(x, 8, kInf, b), 8);
+    for (int k = 0; k < 8; ++k) ASSERT_TRUE(a[k].index == b[k].index && a[k].distance2 == b[k].distance2);
+  }
+}
+
 TEST(Nearest, LatticeFullOfTies) {
   Draw draw(2);
   const Points p = cloud(9 * 9 * 9, [&](int i) { return Vec3(i % 9, i / 9 % 9, i / 81); });
@@ -110,7 +152,7 @@ TEST(Nearest, Duplicates) {
 // REQ-SURF-016
 TEST(Nearest, AMillionEqualPointsCostNoMoreThanOne) {
   const Points p = Points::Constant(1'000'000, 3, 7.5);
-  const Nearest nearest(p);
+  const Nearest nearest(sgrt::Run{}, p);
   EXPECT_EQ(nearest.size(), 1'000'000);
   Hit hits[5];
   const auto start = std::chrono::steady_clock::now();
@@ -152,7 +194,7 @@ TEST(Nearest, NonFinitePointsAreLeftOut) {
   Draw draw(8);
   Points p = cloud(500, [&](int) { return draw.vec3(100); });
   for (int i = 0; i < 500; i += 3) p(i, i % 2) = i % 4 == 0 ? kNaN : i % 4 == 1 ? kInf : -kInf;
-  EXPECT_EQ(Nearest(p).size(), 500 - 167);
+  EXPECT_EQ(Nearest(sgrt::Run{}, p).size(), 500 - 167);
   expect_like_brute_force(p, [&] {
     std::vector<Vec3> q;
     for (int i = 0; i < 200; ++i) q.push_back(draw.vec3(150));
@@ -162,13 +204,13 @@ TEST(Nearest, NonFinitePointsAreLeftOut) {
 
 TEST(Nearest, NoneOrOne) {
   for (const Points& p : {Points(0, 3), Points(Points::Constant(5, 3, kNaN))}) {
-    const Nearest none(p);
+    const Nearest none(sgrt::Run{}, p);
     EXPECT_EQ(none.size(), 0);
     EXPECT_EQ(none.nearest(Vec3::Zero(), kInf).index, -1);
     Hit hit;
     EXPECT_EQ(none.neighbours(Vec3::Zero(), 1, kInf, &hit), 0);
   }
-  const Nearest one(Points(Eigen::RowVector3d(3, 4, 0)));
+  const Nearest one(sgrt::Run{}, Points(Eigen::RowVector3d(3, 4, 0)));
   EXPECT_EQ(one.nearest(Vec3::Zero(), 5).index, 0);  // the limit counts
   EXPECT_EQ(one.nearest(Vec3::Zero(), 5).distance2, 25);
   EXPECT_EQ(one.nearest(Vec3::Zero(), std::nextafter(5, 0)).index, -1);
@@ -176,7 +218,7 @@ TEST(Nearest, NoneOrOne) {
 }
 
 TEST(Nearest, Nonsense) {
-  Nearest nearest(Points::Random(100, 3));
+  Nearest nearest(sgrt::Run{}, Points::Random(100, 3));
   Hit hits[2];
   for (double bad : {kNaN, kInf, -kInf}) EXPECT_EQ(nearest.nearest(Vec3(0, bad, 0), kInf).index, -1);
   for (double bad : {kNaN, -1.0}) EXPECT_EQ(nearest.nearest(Vec3::Zero(), bad).index, -1);
@@ -184,7 +226,7 @@ TEST(Nearest, Nonsense) {
   EXPECT_EQ(nearest.neighbours(Vec3::Zero(), -4, kInf, nullptr), 0);
   EXPECT_EQ(nearest.nearest(Vec3::Constant(1e300), kInf).index, -1);  // no distance can be told
   expect_error(Status::kInvalidArgument, "points[1]",
-               [] { Nearest(Points::Constant(3, 3, 1e200).colwise() + Eigen::Vector3d(-1e200, 0, 0)); });
+               [] { Nearest(sgrt::Run{}, Points::Constant(3, 3, 1e200).colwise() + Eigen::Vector3d(-1e200, 0, 0)); });
   Nearest moved = std::move(nearest);
   nearest = std::move(moved);
   EXPECT_EQ(nearest.size(), 100);
@@ -194,7 +236,7 @@ TEST(Nearest, Nonsense) {
 TEST(Nearest, ManyThreads) {
   Draw draw(9);
   const Points p = cloud(5000, [&](int) { return draw.vec3(100); });
-  const Nearest nearest(p);
+  const Nearest nearest(sgrt::Run{}, p);
   std::vector<std::int64_t> serial(p.rows());
   const auto shifted = [&](Eigen::Index i) { return Vec3(p.row(i).transpose() + Vec3(1, -2, 3)); };
   for (Eigen::Index i = 0; i < p.rows(); ++i)

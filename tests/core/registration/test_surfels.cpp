@@ -19,7 +19,7 @@ TEST(Surfels, EveryPointNearTheSurfaceFindsOneThatATreeWouldTake) {
   for (Eigen::Index i = 0; i < q.rows(); ++i) {
     q.row(i) = (point_of(field.levels[0].surfels[static_cast<std::size_t>(i) + 1]) + field.centre).transpose();
   }
-  const Nearest tree(q);
+  const Nearest tree(kSilent, q);
   int missed = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 x = torso(draw.uniform(0.02, 0.98), draw.uniform(0.02, 0.98)) + draw.vec3(0.3 * field.cell);

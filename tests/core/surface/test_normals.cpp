@@ -101,7 +101,7 @@ TEST(Roughness, IsTheNoise) {
   Draw draw(7);
   for (const double sigma : {0.05, 0.3, 1.0}) {
     const Surface s = sample(torso, 8000, sigma, draw);
-    EXPECT_NEAR(roughness(kSilent, s, Nearest(s.points)) / sigma, 1, 0.1);
+    EXPECT_NEAR(roughness(kSilent, s, Nearest(kSilent, s.points)) / sigma, 1, 0.1);
   }
 }
 
