@@ -36,7 +36,6 @@ namespace {
 
 using Index = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
 
-constexpr const char* kStage = "search tree";
 constexpr int kLeaf = 10;
 constexpr std::int64_t kMostInPart = 50'000;  // about 10 ms
 // FLANN adds up the distance to a box step by step: it prunes by a bound that is this much wider, the result stays
@@ -99,7 +98,7 @@ std::vector<Nearest::Tree::Place> Nearest::Tree::distinct(const Run& run, const 
   row.reserve(n);
   last.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
-    if (i % kMostInPart == 0) run.poll(static_cast<double>(i) / static_cast<double>(n), kStage);
+    if (i % kMostInPart == 0) run.poll(static_cast<double>(i) / static_cast<double>(n), "search tree: places");
     const double* x = points.data() + 3 * i;
     if (!(std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]))) continue;
     if (std::abs(x[0]) > kFarthest || std::abs(x[1]) > kFarthest || std::abs(x[2]) > kFarthest) {
@@ -139,7 +138,7 @@ int Nearest::Tree::halve(const Run& run, Place* begin, Place* end) {
   (part.high - part.low).maxCoeff(&axis);
   parts.push_back(std::move(part));
   if (end - begin > kMostInPart) {
-    run.poll(0, kStage);
+    run.poll(0, "search tree: parts");
     Place* const middle = begin + (end - begin) / 2;
     std::nth_element(begin, middle, end, [axis](const Place& a, const Place& b) { return a.x[axis] < b.x[axis]; });
     const int lower = halve(run, begin, middle), upper = halve(run, middle, end);
@@ -223,7 +222,7 @@ Nearest::Nearest(const Run& run, const Points& points) : tree_(std::make_unique<
       if (part.halves[0] < 0) tree_->build(part);
     }
   };
-  parallel_for(run, static_cast<std::int64_t>(tree_->parts.size()), 1, build, kStage);
+  parallel_for(run, static_cast<std::int64_t>(tree_->parts.size()), 1, build, "search tree");
 }
 
 Nearest::~Nearest() = default;
