@@ -2,7 +2,7 @@
 // base call is made at 1, 2, 3, 4, 8 and 16 threads of its context, then by 16 threads at once on the same handles,
 // half of them with contexts of their own (load), half without; each answer must have the bytes of the serial one.
 //
-//   test_parallel_calls [expected.txt] [--seconds N]   the storm goes on for N seconds, one round unless said
+//   test_parallel_calls [expected.txt] [--seconds N]   the storm goes on for N seconds, 10 unless said
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -57,7 +57,7 @@ void storm(const std::vector<std::string>& serial, int number, double seconds) {
 }  // namespace
 
 int main(int count, char** arguments) {
-  double seconds = 0;
+  double seconds = 10;
   for (int i = 1; i + 1 < count; ++i) {
     if (!std::strcmp(arguments[i], "--seconds")) seconds = std::atof(arguments[i + 1]);
   }
