@@ -12,6 +12,7 @@ namespace {
 constexpr const char* kSchema = "sgrt-calibration/1";
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
+// The table of docs/abi.md for the statuses that a report can have.
 const char* word_of(Status status) {
   switch (status) {
     case Status::kOk:

@@ -63,11 +63,14 @@ struct Nearest::Tree {
     Vec3 x;
     std::int32_t distinct;
   };
+  struct Places {
+    int part;
+    Place *begin, *end;
+  };
   // A box: of two halves, or of points in a tree of their own.
   struct Part {
     Vec3 low, high;
     int halves[2] = {-1, -1};      // parts
-    Place *begin, *end;            // while it is built
     std::vector<std::int32_t> of;  // distinct points
     std::unique_ptr<Index> index;
 
@@ -80,8 +83,8 @@ struct Nearest::Tree {
   std::vector<std::int32_t> again;  // of a row given: the next one at the same place, or -1; empty: all are distinct
 
   std::vector<Place> distinct(const Run& run, const Points& points);
-  int halve(const Run& run, Place* begin, Place* end);
-  void build(Part& part);
+  int halve(const Run& run, Place* begin, Place* end, std::vector<Places>& uncut);
+  void build(const Places& places);
   std::int32_t next(std::int32_t i) const { return again.empty() ? -1 : again[static_cast<std::size_t>(i)]; }
   class Best;
 };
@@ -128,30 +131,32 @@ std::vector<Nearest::Tree::Place> Nearest::Tree::distinct(const Run& run, const 
 }
 
 // Into parts of at most kMostInPart points, across the longest side of their box. Returns the number of the whole.
-int Nearest::Tree::halve(const Run& run, Place* begin, Place* end) {
-  const auto made = static_cast<std::size_t>(parts.size());
+int Nearest::Tree::halve(const Run& run, Place* begin, Place* end, std::vector<Places>& uncut) {
+  const std::size_t made = parts.size();
   Part part;
-  part.begin = begin, part.end = end;
   part.low = part.high = begin->x;
   for (const Place* p = begin; p != end; ++p) part.low = part.low.cwiseMin(p->x), part.high = part.high.cwiseMax(p->x);
   int axis;
   (part.high - part.low).maxCoeff(&axis);
   parts.push_back(std::move(part));
-  if (end - begin > kMostInPart) {
+  if (end - begin <= kMostInPart) {
+    uncut.push_back({static_cast<int>(made), begin, end});
+  } else {
     run.poll(0, "search tree: parts");
     Place* const middle = begin + (end - begin) / 2;
     std::nth_element(begin, middle, end, [axis](const Place& a, const Place& b) { return a.x[axis] < b.x[axis]; });
-    const int lower = halve(run, begin, middle), upper = halve(run, middle, end);
+    const int lower = halve(run, begin, middle, uncut), upper = halve(run, middle, end, uncut);
     parts[made].halves[0] = lower, parts[made].halves[1] = upper;
   }
   return static_cast<int>(made);
 }
 
-void Nearest::Tree::build(Part& part) {
+void Nearest::Tree::build(const Places& places) {
+  Part& part = parts[static_cast<std::size_t>(places.part)];
   std::vector<Vec3> points;
-  points.reserve(static_cast<std::size_t>(part.end - part.begin));
+  points.reserve(static_cast<std::size_t>(places.end - places.begin));
   part.of.reserve(points.capacity());
-  for (const Place* p = part.begin; p != part.end; ++p) points.push_back(p->x), part.of.push_back(p->distinct);
+  for (const Place* p = places.begin; p != places.end; ++p) points.push_back(p->x), part.of.push_back(p->distinct);
   const flann::Matrix<double> matrix(points[0].data(), points.size(), 3);
   // `reorder` copies the points into the order of the leaves, so `points` need not live on.
   part.index = std::make_unique<Index>(matrix, flann::KDTreeSingleIndexParams(kLeaf, true));
@@ -215,14 +220,12 @@ Nearest::Nearest(const Run& run, const Points& points) : tree_(std::make_unique<
   if (points.rows() > std::numeric_limits<std::int32_t>::max()) fail(Status::kLimit, "points: more than 2^31 - 1");
   std::vector<Tree::Place> places = tree_->distinct(run, points);
   if (places.empty()) return;
-  tree_->halve(run, places.data(), places.data() + places.size());
+  std::vector<Tree::Places> uncut;
+  tree_->halve(run, places.data(), places.data() + places.size(), uncut);
   const auto build = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; ++i) {
-      Tree::Part& part = tree_->parts[static_cast<std::size_t>(i)];
-      if (part.halves[0] < 0) tree_->build(part);
-    }
+    for (std::int64_t i = begin; i < end; ++i) tree_->build(uncut[static_cast<std::size_t>(i)]);
   };
-  parallel_for(run, static_cast<std::int64_t>(tree_->parts.size()), 1, build, "search tree");
+  parallel_for(run, static_cast<std::int64_t>(uncut.size()), 1, build, "search tree");
 }
 
 Nearest::~Nearest() = default;

@@ -79,7 +79,7 @@ std::vector<double> cut(const std::vector<double>& at, const std::vector<double>
   return out;
 }
 
-// The corners of a triangle, unless it shrank to a line.
+// The triangle of these points has not shrunk to a line.
 bool spans(const Points& points, Index a, Index b, Index c) {
   const Vec3 x = points.row(a).transpose(), y = points.row(b).transpose(), z = points.row(c).transpose();
   const double longest = std::max({(y - x).norm(), (z - y).norm(), (x - z).norm()});

@@ -125,8 +125,8 @@ axis: 3 numbers, of the height field (outward) or the cylinder; None: estimated.
 smoothing: 'reml', 'gcv', or 'given' by lambda_. control_points: in u and v; 0: from the density. max_control_points: where they are
     chosen. tukey: residuals beyond so many sigma do not count.
 
-Raises InsufficientData: fewer than 16 points. Degenerate: points on a line, or unfit for the chart. InvalidArgument. LimitError.
-    Cancelled.
+Raises InsufficientData: fewer than 16 points, or points over correlation_points fewer than 4. Degenerate: points on a line, unfit for
+the chart, or a sigma less than a millionth of the usual one. InvalidArgument. LimitError. Cancelled.
 C: sgrt_nurbs_fit_create)";
 
 }  // namespace
